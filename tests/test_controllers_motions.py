@@ -89,6 +89,22 @@ def test_sixty_radians_take_little_more_than_the_motor_needs(c):
     assert "60 in 1." in str(move)
 
 
+def test_a_move_keeps_its_output_near(c):
+    """Without it a radian in a tenth of a second overshoots by half of one."""
+    quick, gentle = (
+        c.motions.move(1.0, 2.0, output="load", error=most) for most in (None, 0.05)
+    )
+    assert quick.duration < 0.1 < 0.4 < quick.error.proven
+    r = gentle.profile.points(1.0)
+    off = max(abs(run(c, J2, r)[1]).max() for J2 in INERTIAS[::3])
+    assert 0.95 * gentle.error.proven < off <= gentle.error.proven <= 0.05
+    safe = c.motions.limits_for(2.0, 1.0, output="load", error=0.05)
+    sizes = safe.velocity, safe.acceleration, safe.jerk
+    assert c.motions.follow(*sizes, output="load").proven <= 0.05
+    with pytest.raises(ValueError, match="error must be positive"):
+        c.motions.move(1.0, 2.0, error=0)
+
+
 @pytest.mark.parametrize(
     "limits",
     [(2.0, 8.0, 64.0, 0.01), (0.3, 9.81, 9.81, 0.02), (94.8, 186.0, 1526.0, 0.001),

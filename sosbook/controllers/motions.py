@@ -133,6 +133,8 @@ class Motions:
         set_point: int = 0,
         time_limit: float = SECONDS,
         start: float = 0.0,
+        error: float | None = None,
+        output: Any = None,
     ) -> Profile:
         """The limits with which a ``distance`` takes least, and every other motion
         within them asks no more than ``u_max``, too.
@@ -148,13 +150,19 @@ class Motions:
         start : float
             Where the ``distance`` begins. Where springs push back all motions stay as
             near to zero as this one.
+        error : float, optional
+            The farthest that an ``output`` may be from where it would rest, in its own
+            unit: 0.05 of the ``distance`` leaves 5 % for an overshoot.
+        output : str, int or Output, optional
+            As for `follow`: a row of a sway, for example, which rests at zero.
 
         Raises
         ------
         ValueError
             If nothing was proven, no output has a limit, or springs ask more at rest.
         """
-        return self._planned(fastest, u_max, distance, set_point, time_limit, start)[0]
+        asked = u_max, distance, set_point, time_limit, start, error, output
+        return self._planned(fastest, *asked)[0]
 
     def move(
         self,
@@ -164,6 +172,7 @@ class Motions:
         output: Any = None,
         time_limit: float = SECONDS,
         start: float = 0.0,
+        error: float | None = None,
     ) -> Move:
         """The fastest move over a ``distance`` that was found within ``u_max``.
 
@@ -177,6 +186,8 @@ class Motions:
             As for `follow`.
         start : float
             From where, which matters where springs push back.
+        error : float, optional
+            As for `limits_for`; without it the set point may be far ahead.
 
         Returns
         -------
@@ -198,11 +209,12 @@ class Motions:
         >>> move.duration > 2 * (3 * 2 / 2.0) ** 0.5, bool(move.effort[0].proven <= 2)
         (True, True)
         """
-        asked = u_max, distance, set_point, time_limit, start
+        asked = u_max, distance, set_point, time_limit, start, error, output
         profile, units = self._planned(quickest, *asked)
         r = profile.points(distance, start)
-        error = self._units(set_point, output, time_limit)
-        whole = [_of_move(p, r, profile.T) for p in (*units, error)]
+        if error is None:
+            units.append(self._units(set_point, output, time_limit))
+        whole = [_of_move(p, r, profile.T) for p in units]
         return Move(profile, float(distance), tuple(whole[:-1]), whole[-1])
 
     def _units(self, set_point, output, seconds):
@@ -214,24 +226,29 @@ class Motions:
         found = proven_within(limit, lambda: per_unit(*asked))
         return per_unit(*asked, most=0) if isinstance(found, Stopped) else found
 
-    def _planned(self, plan, u_max, distance, set_point, seconds, start):
-        """The `Profile` that ``plan`` makes, and the `PerUnit` of each output."""
+    def _planned(self, plan, u_max, distance, set_point, seconds, start, error, output):
+        """The `Profile` that ``plan`` makes, and the `PerUnit` of each output that has
+        a limit; last that of an ``output`` with an ``error``, if one is asked for.
+        """
         c, distance = self.controller, positive("distance", distance)
         limits = c.limits.u_max
         if u_max is not None:
             limits = per_signal("u_max", u_max, c.outputs)
-        some = np.flatnonzero(np.isfinite(limits))
-        if not some.size:
+        some = np.flatnonzero(np.isfinite(limits)).tolist()
+        if not some:
             raise ValueError("u_max is missing: give the largest output")
-        units = [self._units(set_point, int(k), seconds) for k in some]
+        most = [*limits[some]]
+        if error is not None:
+            some.append(output)
+            most.append(positive("error", error))
+        units = [self._units(set_point, k, seconds) for k in some]
         if any(p.cells is None for p in units):
             raise ValueError(
                 "u_max: no bound was proven of what motions ask: a longer time_limit "
                 "may help"
             )
-        unit = c.set_points[set_point].unit
-        way = distance, finite("start", start)
-        return plan(units, limits[some], way, float(c.T), unit), units
+        unit, way = c.set_points[set_point].unit, (distance, finite("start", start))
+        return plan(units, most, way, float(c.T), unit), units
 
 
 def _of_move(units, r, T):

@@ -253,18 +253,22 @@ class Tube:
         A, sizes = self.recursion
         count, N = len(self.exponents), len(self.frame)
         off, flat, lost = self.pieces[1][:N], A.reshape(-1, A.shape[2]), []
-        wide, k = abs(flat), count * N
+        gamma, k = _gamma(A.shape[2]), count * N
+        wide = sizes @ np.linalg.norm(A, axis=(1, 2))  # by Cauchy and Schwarz
+
+        def lengths(x):
+            return _norms(x.reshape(-1, N, x.shape[1]), "ijk,ijk->ik")
+
         for j in range(0, now.shape[1], TICKS):  # as many as a processor's cache holds
             some, goal = now[:, j : j + TICKS], then[:, j : j + TICKS]
-            left, size = flat @ some, abs(some)
+            left = flat @ some
             left[:k] -= goal
-            doubt = wide @ size
-            doubt[:k] += abs(goal)
-            left = abs(left) + _gamma(A.shape[2]) * doubt
-            gone = sizes @ np.linalg.norm(left.reshape(len(A), N, -1), axis=1)
-            whole = np.tensordot(sizes[:count], size[:k].reshape(count, N, -1), 1)
-            whole = np.vstack([whole, size[k:]])
-            lost.append(gone + np.linalg.norm(off @ whole, axis=0))
+            doubt = wide * _norms(some, "jk,jk->k") + sizes[:count] @ lengths(goal)
+            whole = abs(some)
+            push, whole = whole[k:], whole[:k].reshape(count, -1)
+            whole = np.vstack([(sizes[:count] @ whole).reshape(N, -1), push])
+            lost.append(sizes @ lengths(left) + gamma * doubt)
+            lost[-1] += _norms(off @ whole, "jk,jk->k")
         return self.longest * np.concatenate(lost) + TINY
 
     def halves(self):
@@ -292,6 +296,13 @@ class Motion:
     X: np.ndarray
     e: np.ndarray
 
+    @cached_property
+    def lengths(self):
+        """(ticks,) more than |x| of any plant."""
+        tube = self.tube
+        sizes = tube.largest(tube.exponents)
+        return _norms(self.X, "ijk,ijk->ij") @ sizes
+
     def seen(self, row):
         """(near, off, tail) of ``row``, (N,) in rationals, times x.
 
@@ -301,13 +312,19 @@ class Motion:
         """
         tube, count = self.tube, self.X.shape[1]
         h, doubt, c = tube.seen_by(row)
-        sizes = tube.largest(tube.exponents)
         Y = self.X @ h
-        doubt = abs(self.X) @ (_gamma(len(h) + count) * abs(h) + doubt) @ sizes
-        off = abs(Y) @ tube.bent + doubt + c * self.e
-        lengths = np.linalg.norm(self.X[-1], axis=1) @ sizes
-        tail = c * (tube.longest * lengths + self.e[-1])
+        doubt = np.linalg.norm(_gamma(len(h) + count) * abs(h) + doubt)
+        off = abs(Y) @ tube.bent + doubt * self.lengths + c * self.e
+        tail = c * (tube.longest * self.lengths[-1] + self.e[-1])
         return Y @ tube.at_corners.T, (off + TINY) * SAFE, tail * SAFE
+
+
+def _norms(x, axes):
+    """Euclidean norms of x, whose ``axes`` are those of a sum of squares, for einsum.
+
+    A number below 1e-150 has no square, and ``TINY`` is more than it.
+    """
+    return np.sqrt(np.einsum(axes, x, x))
 
 
 def _gamma(n):
