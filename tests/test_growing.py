@@ -74,6 +74,18 @@ def test_any_region_that_a_pole_leaves(region):
     assert verdict.check(d.infeasibility.text) == list(d.infeasibility.claims)
 
 
+@pytest.mark.parametrize(
+    "asked", [dict(gamma=1.0), dict(requirements=[sos.H2(9.81)])], ids=["gamma", "h2"]
+)
+def test_a_bound_of_a_norm_is_refused_before_a_search(asked, monkeypatch):
+    """A loop with a pole on the right has no norm, whatever the bound."""
+    monkeypatch.setattr("sosbook.synthesis.feasibility.search", None)
+    plant = structure(push=2.0, unit=0.3)
+    parts = plant.M, plant.D, plant.S, 9.81 * np.eye(N)[:, :2], 0.3 * np.eye(N)[:, :1]
+    d = refused(sos.SecondOrderSystem(*parts), np.zeros((2, 2 * N)), **asked)
+    assert "breaks stability" in d.reason
+
+
 def test_a_gain_that_drives_some_and_integrates(tmp_path):
     plant = structure(push=0.0)
     K = np.zeros((1, 2 * N))

@@ -190,3 +190,19 @@ def test_rows_of_another_width_and_lost_bases_are_refused():
     again = read_plant(plant_data(part))
     with pytest.raises(ValueError, match="isn't the one that reduce"):
         again.reduction.law(sos.PIDLaw(position=np.eye(6)[[0]]))
+
+
+@pytest.mark.parametrize("asked", [dict(gamma=1e3), dict(requirements=[sos.H2(1e4)])])
+def test_a_whole_that_is_unstable_keeps_no_norm(asked, monkeypatch):
+    whole, row = sharp(0.3, "dense", monkeypatch)
+    matrices = whole.M, whole.D, whole.S, whole.B
+    whole = sos.SecondOrderSystem(*matrices, whole.B)
+    part = whole.reduce(modes=6)
+    law = part.reduction.law(sos.PIDLaw(position=row, velocity=row))
+    design = sos.analyse_pid(part, {"K_P": [[0]], "K_D": [[-1]]}, law=law, **asked)
+    zero = np.zeros((0, 0)), np.zeros((0, 1)), np.zeros((1, 0)), -np.eye(1)
+    assert poles(whole, np.hstack([0 * row, row]), *zero).real.max() > 0.1
+    found = design.check_on(whole)
+    assert not found.kept and found.broken == (
+        "its poles lie left of the imaginary axis",
+    )

@@ -194,8 +194,12 @@ class Request(Shorthand, ReadOnly):
 
     @property
     def of_poles(self):
-        """The `demands` that are regions of the poles."""
-        return [r for r in self.demands if r.pole_matrices() is not None]
+        """The `demands` that are regions of the poles, and stability, which all claim,
+        where none of them implies it.
+        """
+        asked = [r for r in self.demands if r.pole_matrices() is not None]
+        told = any(r.implies_stability for r in asked)
+        return asked if told else [*asked, self.claims.stability]
 
     def kept_by(self, K, some):
         """True if the loops of the vertices keep ``some`` demands under ``K``."""

@@ -118,7 +118,8 @@ class InFrame:
         self.reserve = ONE if len(request.distinct) == 1 else SEVERAL
         self.forms = [
             tuple(np.array(x, float) for x in r.pole_matrices())
-            for r in request.of_poles
+            for r in request.demands
+            if r.pole_matrices() is not None
         ]
         responses = [r.bounds_response() for r in request.demands]
         self.response = min((g for g in responses if g is not None), default=None)
