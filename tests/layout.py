@@ -100,6 +100,14 @@ LOOSE_READOUTS = """
 }).map((part) => part.outerHTML.slice(0, 120))
 """
 
+#: Elements that say a unit as programs write it, to readers or to listeners.
+PROGRAM_UNITS = """
+() => [...document.querySelectorAll(".bd-article *")].filter((element) =>
+  element.localName.startsWith("sos-") && [element.innerText,
+    ...[...element.querySelectorAll("[aria-label]")].map((part) => part.ariaLabel)
+  ].some((text) => text.includes("1/s"))).map((element) => element.localName)
+"""
+
 #: Captions in a lighter type than the text.
 THIN_CAPTIONS = """
 () => [...document.querySelectorAll(".bd-article figcaption, .bd-article caption")]

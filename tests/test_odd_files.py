@@ -93,34 +93,6 @@ ODD = {
     "a small one in JSON": (words(ALONE.replace("2", "1e-400")), "too small"),
     "a zero": (table(S_csv="0e-400"), [[0]]),
     "headings": (table(S_csv="S\n1"), "'?\"?S'?\"? is no number"),
-    "a table of entries": (
-        table(
-            M_txt="2 0\n0 2",
-            D_csv="2 0\n0 2",
-            B_csv=f"{ROWS}\n1,1,2",
-            S_csv=f"""
-# of all
-{ROWS}
-1,1,3
-2,1,4"""
-            + "\n1,2,4",
-        ),
-        [[3, 4], [4, 0]],
-    ),
-    "half of such a table": (
-        table(**WHOLE, S_csv=f"{ROWS}\n1,1,3\n2,1,4"),
-        [[3, 0], [4, 0]],
-    ),
-    "a column of no number": (table(S_csv=f"{ROWS}\n1,0,3"), "row.*column"),
-    "a table without its heading": (
-        table(**WHOLE | {"S_csv": None}, K_csv="1 1 3"),
-        "row,column,value",
-    ),
-    "Abaqus's coordinates": (table(**WHOLE, S_mtx="1 1 3\n2 1 4\n"), [[3, 4], [4, 0]]),
-    "coordinates and nodes": (
-        table(S_mtx="1 1 3\n", M_mtx="1,1,1,1,2\n"),
-        "some have nodes, some numbers",
-    ),
     "a T beside A": (mat(**HELD), "call it dt|a state space"),
     "half of three rows": (
         mat(M=np.eye(3), D=np.eye(3), S=np.tril(THREE), B=np.eye(3)),
@@ -150,6 +122,37 @@ ODD = {
     "no actuator": (mat(**dict.fromkeys("MDS", np.eye(2))), "dd B, a column for"),
     "constructor": (table() | {"constructor.csv": b"1"}, [[2]]),
     "__proto__": (table() | {"__proto__.csv": b"1"}, [[2]]),
+}
+#: Tables of entries, which are the package's: what it says, or the S that it reads.
+LISTED = {
+    "a table of entries": (
+        table(
+            M_txt="2 0\n0 2",
+            D_csv="2 0\n0 2",
+            B_csv=f"{ROWS}\n1,1,2",
+            S_csv=f"""
+# of all
+{ROWS}
+1,1,3
+2,1,4"""
+            + "\n1,2,4",
+        ),
+        [[3, 4], [4, 0]],
+    ),
+    "half of such a table": (
+        table(**WHOLE, S_csv=f"{ROWS}\n1,1,3\n2,1,4"),
+        [[3, 0], [4, 0]],
+    ),
+    "a column of no number": (table(S_csv=f"{ROWS}\n1,0,3"), "row.*column"),
+    "a table without its heading": (
+        table(**WHOLE | {"S_csv": None}, K_csv="1 1 3"),
+        "row,column,value",
+    ),
+    "Abaqus's coordinates": (table(**WHOLE, S_mtx="1 1 3\n2 1 4\n"), [[3, 4], [4, 0]]),
+    "coordinates and nodes": (
+        table(S_mtx="1 1 3\n", M_mtx="1,1,1,1,2\n"),
+        "some have nodes, some numbers",
+    ),
 }
 
 
@@ -198,6 +201,24 @@ def test_page_and_package_read_alike(case, page, tmp_path):
     assert bool(left) == any("left out" in str(w.message) for w in seen)
     assert all(left in str(w.message) for w in seen)
     assert bool(odd) == any("is it half of a" in str(w.message) for w in seen)
+
+
+def test_tables_of_entries_are_for_the_package(tmp_path, monkeypatch):
+    """The page says so, with a line that makes a file for it."""
+    told = said(tmp_path, [files for files, _ in LISTED.values()])
+    for (case, (files, wanted)), words in zip(LISTED.items(), told, strict=True):
+        (folder := tmp_path / case).mkdir()
+        for name, content in files.items():
+            (folder / name).write_bytes(content)
+        monkeypatch.chdir(folder)
+        assert isinstance(words, str), case
+        if isinstance(wanted, str):
+            with pytest.raises(ValueError, match=wanted):
+                load_plant(folder)
+        else:
+            assert "it lists entries" in words
+            exec(line_of(words), {})
+            assert load_plant(folder / "plant.json").S.tolist() == wanted
 
 
 def line_of(told):

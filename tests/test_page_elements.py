@@ -10,7 +10,15 @@ from sosbook.book.elements.page import PageElement
 from sosbook.book.notebooks import BOOK
 from tests import layout
 from tests.cases import by_turns, later
-from tests.elements import assert_readable, points, said, step, still, write_page
+from tests.elements import (
+    assert_readable,
+    held,
+    points,
+    said,
+    step,
+    still,
+    write_page,
+)
 
 KINDS = {"sos-delay", "sos-map", "sos-robot"}
 pytestmark = pytest.mark.skipif(
@@ -258,6 +266,15 @@ def test_axe_has_no_objection_after_any_button(judged, tag, every):
     judged.evaluate("document.querySelector('main').replaceChildren(...all)")
 
 
+#: Labels of the ruler that are cut, number after number.
+CUT_LABELS = """const label = a.querySelector(".sos-ruler label");
+return [...a.querySelectorAll(".sos-num")].filter(number => {
+  number.focus();
+  return label.scrollWidth > label.clientWidth ||
+    label.scrollHeight > label.clientHeight + 1;
+}).map(number => number.ariaLabel);"""
+
+
 def test_all_are_readable_in_light_and_dark_and_fit_a_phone(visit, sheet):
     """None scrolls sideways, and a thumb hits every slider."""
     tab = visit(sheet, width=390, height=844)
@@ -267,6 +284,7 @@ def test_all_are_readable_in_light_and_dark_and_fit_a_phone(visit, sheet):
         for slider in tab.page.locator(f"{tag} input[type=range]:visible").all():
             box = still(slider)
             assert box["width"] > 250 and box["height"] >= 24, tag
+        assert held(tab, tag, CUT_LABELS) == [], tag
     assert tab.errors == []
 
 

@@ -1,5 +1,5 @@
 import {delayedRun} from "./history.js";
-import {capital, clean, define, escape, gainRows, gains, inPairs, printed, withConjugates} from "./kit.js";
+import {capital, clean, define, escape, gainRows, gains, inPairs, withConjugates} from "./kit.js";
 import {apply} from "./linalg.js";
 import {Mover, range} from "./mover.js";
 import {mark, Plot, S_PLANE} from "./plot.js";
@@ -181,7 +181,7 @@ class DelayAtlas extends Mover {
         `<p>${
           status === "infeasible" ? "No certificate: the corrected LMI has no solution, by exact multipliers."
                                   : "No certificate was found, nor a proof that there is none."} ${
-          escape(printed(this.advice(asked)))}</p>`
+          escape(this.advice(asked))}</p>`
       ];
     return [
       word,

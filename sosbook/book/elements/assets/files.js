@@ -35,12 +35,7 @@ function once(places, shift = 0) {
 
 const viewOf = bytes => new DataView(bytes.buffer, bytes.byteOffset, bytes.length);
 
-const HEADING = "row column value";  // above a table of entries
-class Entries extends Map {
-  half = false;
-  numbered = true;
-}
-
+const HEADING = /^row[\s;,]+column[\s;,]+value$/i;  // above a table of entries
 // The numbers of each line that counts.
 const table = (bytes, comment = /#.*/, between = undefined) =>
   text(bytes)
@@ -56,14 +51,13 @@ const table = (bytes, comment = /#.*/, between = undefined) =>
     })
     .filter(row => row);
 
-// A table of numbers, or of entries below their heading.
+// A table of numbers.
 function csv(bytes) {
-  const lines = text(bytes).split(/\r?\n/), at = lines.findIndex(line => line.replace(/#.*/, "").trim());
-  const head = lines[at]?.replace(/#.*/, "").trim().toLowerCase().split(/\s*[;,]\s*|\s+/).join(" ");
-  if (head !== HEADING) return table(bytes);
-  lines[at] = "";
-  return entries(table(new TextEncoder().encode(lines.join("\n"))), false);
+  const [head] = text(bytes).split(/\r?\n/).map(line => line.replace(/#.*/, "").trim()).filter(line => line);
+  return HEADING.test(head) ? listed() : table(bytes);
 }
+const listed = () => refuse(`it lists entries, and a page reads whole matrices, or entries below ` +
+  `%%MatrixMarket. ${byPackage("", "npy")}`);
 
 function sized(rows, columns, entry = (_i, _j) => 0) {
   if (Math.max(rows, columns) > MOST)
@@ -72,10 +66,10 @@ function sized(rows, columns, entry = (_i, _j) => 0) {
   return make(rows, columns, entry);
 }
 
-// A matrix of Matrix Market; of Abaqus the entries by "node,dof node,dof".
+// A matrix of Matrix Market.
 function mtx(bytes) {
   const [head, , form, field, kind] = text(bytes).split(/\s+/, 5).map(word => word.toLowerCase());
-  if (head !== "%%matrixmarket") return entries(table(bytes, /^\*.*/), true);
+  if (head !== "%%matrixmarket") listed();
   if (!/^(real|integer)$/.test(field)) refuse(`its numbers are ${field}`);
   const [[rows, columns, count], ...list] = table(bytes, /^%.*/, /\s+/), X = sized(rows, columns);
   const below = kind === "general" ? -rows - columns : Number(kind === "skew-symmetric");
@@ -91,43 +85,6 @@ function mtx(bytes) {
     if (below >= 0) X[j][i] = below && i !== j ? -X[i][j] : X[i][j];
   });
   return X;
-}
-
-function entries(list, half) {
-  const found = new Entries(), [{length}] = list.length ? list : [[]], dof = (a, b) => `${a},${b}`;
-  for (const row of list) {
-    const places = row.slice(0, -1);
-    if (row.length !== length || ![3, 5].includes(length) || !places.every(x => x >= 0 && x % 1 === 0) ||
-      length === 3 && places.includes(0))
-      refuse('its lines are neither "node, dof, node, dof, value" of Abaqus nor "row column value" nor is ' +
-        "the first %%MatrixMarket");
-    const [a, b, c, d] = places,
-                    key = length === 3 ? `${dof(a, 0)} ${dof(b, 0)}` : `${dof(a, b)} ${dof(c, d)}`;
-    if (found.has(key)) refuse("an entry is there twice");
-    found.set(key, row.at(-1));
-  }
-  return Object.assign(found, {half, numbered: length === 3});
-}
-
-// Of entries one row for each degree of freedom of all nodes, sorted, or for each number.
-function assembled(matrices) {
-  const tables = Object.entries(matrices).filter(([, X]) => X instanceof Entries);
-  if (!tables.length) return matrices;
-  if (new Set(tables.map(([, X]) => X.numbered)).size > 1) refuse("some have nodes, some numbers of rows");
-  const square = name => /[MDSCK]$/i.test(name), pairs = X => [...X.keys()].map(key => key.split(" "));
-  const order = dof => dof.split(",").reduce((sum, x) => 1000 * sum + Number(x), 0);  // a node has few
-  const sort = dofs => [...new Set(dofs)].sort((a, b) => order(a) - order(b));
-  const full = Object.values(matrices).filter(Array.isArray).map(X => X.length);
-  let dofs = sort(tables.flatMap(one => pairs(one[1]).flatMap(([i, j]) => square(one[0]) ? [i, j] : [i])));
-  if (tables[0][1].numbered)
-    dofs = Array.from({length: Math.max(parseInt(dofs.at(-1)), ...full)}, (_, k) => `${k + 1},0`);
-  for (const [name, X] of tables) {
-    const all = pairs(X), across = square(name) ? dofs : sort(all.map(([, j]) => j));
-    if (square(name) && X.half && !all.some(([i, j]) => i !== j && X.has(`${j} ${i}`)))
-      for (const [i, j] of all) X.set(`${j} ${i}`, X.get(`${i} ${j}`));
-    matrices[name] = sized(dofs.length, across.length, (i, j) => X.get(`${dofs[i]} ${across[j]}`) ?? 0);
-  }
-  return matrices;
 }
 
 // The parts of a file of MATLAB, as [kind, bytes].
@@ -239,11 +196,8 @@ function chosen(given, name) {
   const more = lacking.includes("B") && lacking.length < 4
     ? ". Add B, a column for each actuator with ones in the rows that it pushes"
     : "";
-  const wide = [C, K].some(X => M && X?.[0]?.length === 3 && X.length !== M.length)
-    ? `. A table of entries begins with the line ${HEADING.replaceAll(" ", ",")}`
-    : "";
   if (lacking.length)
-    refuse(`${lacking.join(", ")} is missing; ${listed} is there: use these letters${more}${wide}`);
+    refuse(`${lacking.join(", ")} is missing; ${listed} is there: use these letters${more}`);
   for (const name of ["M", "D", "S"]) {
     const held = plant[name].flatMap((row, i) => Math.abs(row[i]) >= PENALTY ? [i] : []);
     if (held.length)
@@ -348,7 +302,7 @@ export const read = async files => {
     }
   }
   return blamed(files.length > 1 ? "." : first, () => {
-    const {matrices, ...more} = chosen(assembled(found), files.length > 1 ? "." : safely(first));
+    const {matrices, ...more} = chosen(found, files.length > 1 ? "." : safely(first));
     return {...more, fields: opened(matrices).fields};
   });
 };

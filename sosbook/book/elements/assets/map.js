@@ -129,16 +129,16 @@ class FeasibilityMap extends Mover {
     if (status === "feasible")
       return [
         `${word}.`,
-        `<p>This design, certified for ${escape(printed(kept.asked))}, keeps it; its tightest block is ${
-          escape(printed(this.data.blocks[kept.block]))}.</p>${gains(gainRows(kept.K, shape), shape, 4)}`
+        `<p>This design, certified for ${escape(kept.asked)}, keeps it; its tightest block is ${
+          escape(this.data.blocks[kept.block])}.</p>${gains(gainRows(kept.K, shape), shape, 4)}`
       ];
     const bars = kept.shares
                    .map(([name, share]) => `<li><span class="sos-bar" style="width:${5 * share}em"></span>` +
-                       `${escape(printed(name))}: ${Math.round(100 * share)} %</li>`)
+                       `${escape(name)}: ${Math.round(100 * share)} %</li>`)
                    .join("");
     return [
       `${word}.`,
-      `<p>Exact multipliers: no design for ${escape(printed(kept.asked))}, nor for more.</p>` +
+      `<p>Exact multipliers: no design for ${escape(kept.asked)}, nor for more.</p>` +
         (bars &&
           `<p>What relaxing each by the same small factor would bring:</p><ul class="sos-shares">${
             bars}</ul>`)

@@ -1,6 +1,6 @@
 // What the elements have in common that compute what they show: a sentence whose numbers and choices
 // are its controls, a hint, buttons, a motion that plays, and the last setting as a ghost.
-import {buttons, clamp, clean, complex, drag, escape, gaussian, number as decimal, PageElement, panel, panels, READOUT, tallest, uniform} from "./kit.js";
+import {buttons, clamp, clean, complex, drag, escape, gaussian, number as decimal, PageElement, panel, panels, printed, READOUT, tallest, uniform} from "./kit.js";
 import {mark, markAll, Plot, S_PLANE} from "./plot.js";
 import {cut, shownOf} from "./sentence.js";
 import {listen, longest, markup, speak, typed} from "./spoken.js";
@@ -117,7 +117,7 @@ export class Mover extends PageElement {
   get address() { return this.place; }
   get sentences() {
     return {
-      names: Object.fromEntries(this.controls.map(({key, label, unit = ""}) => [key, [label, unit.trim()]]))
+      names: Object.fromEntries(this.controls.map(({key, label, unit = ""}) => [key, [label, printed(unit).trim()]]))
     };
   }
   get pieces() {
@@ -127,7 +127,7 @@ export class Mover extends PageElement {
       const piece = {slot, clause: control, off: this.off(slot)};
       if (tick) return {...piece, choices: true, shown: x ? control.label : `(not ${control.label})`};
       if (names) return {...piece, choices: names, shown: names[x]};
-      return [{...piece, shown: shownOf({}, x)}, ...(unit ? [{text: unit}] : [])];
+      return [{...piece, shown: shownOf({}, x)}, ...(unit ? [{text: printed(unit)}] : [])];
     });
   }
   get sentence() { return this.pieces.map(({text, shown}) => text ?? shown).join(""); }
@@ -149,7 +149,7 @@ export class Mover extends PageElement {
 
   // What a text means as the number of a control; NaN where it is none, or out of its range.
   meaning(slot, text) {
-    const control = this.control(slot), {unit = ""} = control, x = typed(text.replace(unit.trim(), ""));
+    const control = this.control(slot), unit = (control.unit ?? "").trim(), x = typed(printed(text).replace(printed(unit), ""));
     const ends = [value(control, 0), value(control, steps(control))];
     if (!(x >= Math.min(...ends) && x <= Math.max(...ends))) return NaN;
     return control.values || this.snaps.includes(slot) ? value(control, position(control, x)) : x;
@@ -191,8 +191,8 @@ export class Mover extends PageElement {
   }
   // A verdict ends the sentence; what more there is stands below.
   tell(status, words, html) {
-    Object.assign(this, {words, kind: status});
-    super.tell(status, html);
+    Object.assign(this, {words: printed(words), kind: status});
+    super.tell(status, printed(html));
   }
 
   update() {

@@ -1,5 +1,7 @@
 // What a reader takes home of a design: the control law in C, the request as a file of
 // `python -m sosbook design`, and a page for others.
+import PIECES from "../../../book/elements/assets/control.json" with {type : "json"};
+
 import {refuse} from "./checks.js";
 import {escape} from "./kit.js";
 import {mul, transpose} from "./linalg.js";
@@ -17,90 +19,39 @@ export const IN_C = {
   controller: ({T, measured, u_max}) => ({T, measured, limit: u_max})
 };
 
-// The control law as a C function of its own. `points` are the set points of single goals, in what is
-// measured; of a law `gains` has the gain of each part.
+// The control law as a C function of its own: the pieces of control.json whose words hold. `points` are the
+// set points of single goals, in what is measured; of a law `gains` has the gain of each part.
 export function program(asked, {K, U, points, gains = null}, sentence) {
   const {limit, T, measured, law} = Object.assign({}, ...written(asked, IN_C));
   const {filter = 0, velocity = [], integrate = []} = law ?? {}, sums = law ? integrate : U;
-  const n = points[0].length, a = sums.length, bounded = limit !== undefined;
-  const d = law ? velocity.length : n, rates = filter ? n : d, rows = gains ? joined(gains) : K;
+  const n = points[0].length, a = sums.length, speeds = law ? velocity.length : n,
+        rates = filter ? n : speeds;
   const {plant: _, words: __, ...head} = asked;
-  const only = (holds, text) => holds ? text : "";
-  const share = filter &&
-    (T ? `${number(1 - Math.exp(-T / filter))}  /* 1 - exp(-T / filter) */`
-       : `1 - exp(-dt / ${number(filter)})`);
-  const clamp = `
-        limited[i] = u[i] > LIMIT || u[i] < -LIMIT;
-        if (limited[i])
-            u[i] = u[i] > 0 ? LIMIT : -LIMIT;`;
-  const wait = `        for (int k = 0; k < INPUTS; k++)
-            if (limited[k] && K[k][SENSORS + RATES + i] * change * u[k] > 0)
-                change = 0;
-`;
-  const state = law ? "y" : "z", speed = filter ? "rate" : "velocity";
-  return `/* ${sentence}
-   Asked: ${flat(head)}
-   u = K [e; ${law ? "rates" : "z'"}; x3] with e = ${
-    state} - R r, where R r is at rest, and x3 the integral of ${law ? "what of e is integrated" : "U z - r"}.
-   Call it every dt seconds${only(T, `, dt = ${T}`)}. The proof is of this law in continuous time, ${
-    law ? "without a" : `with everything
-   measured and no`} limit: the integral is a sum of rectangles, so a small dt is needed.${only(filter, `
-   Each rate is that of a filter with ${filter} s, which has held y at the first call.`)}${only(bounded, `
-   An integral that would push an input further beyond its limit waits.`)}${
-    only(measured,
-      `
-   It takes all of z and z': for ${
-        measured?.join(", ")} alone the package writes a program with an observer.`)} */
-${only(filter && !T, "#include <math.h>\n\n")}#define SENSORS ${n}
-#define RATES ${rates}
-#define INPUTS ${K.length}
-#define INTEGRATORS ${a}
-#define GOALS ${points.length}
-${only(bounded, `#define LIMIT ${bounded && number(limit)}\n`)}
-static const double K[INPUTS][SENSORS + RATES + INTEGRATORS] = {
-${table(rows)}
-};
-static const double R[SENSORS][GOALS] = {
-${table(transpose(points))}
-};
-${
-    only(a,
-      `static const double U[INTEGRATORS][SENSORS] = {\n${
-        table(sums)}\n};\nstatic double x3[INTEGRATORS];\n`)}${
-    only(filter, "static double held[SENSORS];\nstatic int begun;\n")}
-void control(const double ${state}[SENSORS],${only(d, ` const double ${speed}[RATES],`)}
-             const double r[GOALS], double dt, double u[INPUTS])
-{
-    double e[SENSORS]${only(filter, ", rate[RATES]")};${only(bounded, "\n    int limited[INPUTS];")}
-    for (int j = 0; j < SENSORS; j++) {
-        e[j] = ${state}[j];
-        for (int k = 0; k < GOALS; k++)
-            e[j] -= R[j][k] * r[k];${only(filter, `
-        if (!begun)
-            held[j] = y[j];
-        rate[j] = (y[j] - held[j]) / ${number(filter)};`)}
-    }
-${only(filter, "    begun = 1;\n")}    for (int i = 0; i < INPUTS; i++) {
-        u[i] = 0;
-        for (int j = 0; j < SENSORS; j++)
-            u[i] += K[i][j] * e[j];${only(rates, `
-        for (int j = 0; j < RATES; j++)
-            u[i] += K[i][SENSORS + j] * ${speed}[j];`)}${only(a, `
-        for (int j = 0; j < INTEGRATORS; j++)
-            u[i] += K[i][SENSORS + RATES + j] * x3[j];`)}${only(bounded, clamp)}
-    }
-${
-    a ? `    for (int i = 0; i < INTEGRATORS; i++) {
-        double change = 0;
-        for (int j = 0; j < SENSORS; j++)
-            change += U[i][j] * e[j];
-${only(bounded, wait)}        x3[i] += dt * change;
-    }`
-      : `    (void)dt;${only(bounded, "\n    (void)limited;")}`}${only(filter, `
-    for (int j = 0; j < SENSORS; j++)
-        held[j] += (${share}) * (y[j] - held[j]);`)}
-}
-`;
+  const holds = {law, T, filter, measured, bounded: limit !== undefined, sums: a, speeds, rates};
+  const said = {
+    sentence,
+    asked: flat(head),
+    T,
+    filter,
+    measured: measured?.join(", "),
+    n,
+    rates,
+    inputs: K.length,
+    a,
+    goals: points.length,
+    limit: number(limit ?? 0),
+    K: table(gains ? joined(gains) : K),
+    R: table(transpose(points)),
+    U: table(sums),
+    state: law ? "y" : "z",
+    speed: filter ? "rate" : "velocity",
+    lag: number(filter),
+    share: number(1 - Math.exp(-T / filter))
+  };
+  const there = word => word[0] === "-" ? !holds[word.slice(1)] : !word || holds[word];
+  return PIECES.filter(([when]) => when.split(" ").every(there))
+    .map(([, text]) => text.replace(/\{(\w+)\}/g, (_, name) => said[name]))
+    .join("");
 }
 // The rows of all parts of a gain.
 export const joined = parts =>
