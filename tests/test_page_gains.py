@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.linalg import expm
+from scipy.linalg import expm, solve_continuous_lyapunov
 
 import sosbook as sos
 from tests.compiler import find
@@ -28,7 +28,7 @@ const {proven, relaxed, sought, weighed} = await import("%(assets)s/gains.js");
 const {program} = await import("%(assets)s/outputs.js");
 const {clauses, radius, verdict} = await import("%(assets)s/verdict.js");
 const stale = () => false, out = {};
-for (const [name, {request, clock, falls, far}] of Object.entries(
+for (const [name, {request, clock, falls, far, weights}] of Object.entries(
     JSON.parse(await new Response(Deno.stdin.readable).text()))) {
   const found = out[name] = await sought(name, request, {stale});
   if (found.status !== "feasible") {
@@ -48,6 +48,20 @@ for (const [name, {request, clock, falls, far}] of Object.entries(
   const points = [(request.law.position ?? []).map(() => 1)];
   found.code = program(
     {law: request.law, ...controller}, {...found, U: [], points}, "A drive.");
+  if (weights) {  // a hundredth above the truth, and below it at one corner alone
+    const {asked: {sigma, theta, rho, ...asked}, ...more} = request;
+    const sizes = {gamma: "norm", u_max: "peak", cost: "cost"};
+    const tried = (factor, given) => {
+      const whole = {...given, asked: {...asked, ...weights}};
+      const truth = kernel.judgedGains({...whole, K: found.own});
+      for (const [key, size] of Object.entries(sizes))
+        whole.asked[key] = factor * truth[size];
+      return proven(name, whole, found.own, stale).then(cells => ({...truth, cells}));
+    };
+    found.near = await tried(1.01, more);
+    const one = {...more, vertices: more.vertices.slice(0, 1), family: null};
+    found.below = await tried(0.99, one);
+  }
   if (!far) continue;
   // what isn't true is never proven, nor what holds at the corners alone
   const asked = {sigma: far * -Math.max(...found.poles.flat().map(([re]) => re))};
@@ -133,6 +147,8 @@ CASES = {
 #: The drive with a load torque, and bounds beside its poles.
 LOADED = {"sigma": 3.3, "theta": 1.3, "rho": 300, "gamma": 2.47, "u_max": 1.31,
           "x0": [-1, -1, 0, 0, 0, -1]}  # fmt: skip
+WEIGHTS = {"Q": np.diag([2, 1, 0.1, 0.1, 9.81, 0.3]).tolist(), "R": [[0.3]],
+           "noise": "F"}  # fmt: skip
 FALLS = CASES["pendulum"][:3] + ({"sigma": 12.6, "theta": 0.9, "rho": 31},)
 #: Asked of a case: the largest decay, to be more than what its cells prove.
 FAR = {"odd units": 1.001, "pendulum": 1.001}
@@ -167,6 +183,7 @@ def found(tmp_path_factory):
     }
     given["drive"]["clock"] = {"T": 0.001}
     loaded = given["loaded"] = {"request": request((*CASES["drive"][:3], LOADED))}
+    loaded["weights"] = WEIGHTS
     for plant in loaded["request"]["vertices"]:
         plant["F"] = [[0], [1]]
     given["falls"] = {"request": request(FALLS), "falls": True}
@@ -241,22 +258,33 @@ def test_the_package_proves_the_page_s_gains(found, name):
     assert proof.proven
 
 
-def test_bounds_beside_the_poles_are_kept_at_the_corners_and_not_proven(found):
-    """A norm on a grid, and the torque of a step by expm."""
+def test_bounds_beside_the_poles_are_proven_in_cells(found):
+    """A norm on a grid, the torque of a step by expm, a cost by Lyapunov's equation;
+    a hundredth above them all is proven, and nothing below at one corner alone.
+    """
     one, (make, ranges, law, _) = found["loaded"], CASES["drive"]
-    assert one["status"] == "feasible" and one["said"]["word"] == "part proven"
-    assert len(one["said"]["why"]) == 2
+    assert one["status"] == "feasible" and one["said"] == {"word": "proven", "why": []}
+    assert one["cells"].keys() == LOADED.keys() - {"x0"} and all(one["cells"].values())
     K_P, K_D, K_I = (one["gains"][x][0][0] for x in ("K_P", "K_D", "K_I"))
     u = np.array([K_P + K_D / law["filter"], 0, 0, 0, K_I, -K_D / law["filter"]])
+    most = {"norm": 0.0, "peak": 0.0, "cost": 0.0}
     for J in ranges["J"]:
-        A = loop(make(J), law, one["gains"])
+        A, B = loop(make(J), law, one["gains"]), np.eye(6)[:, [3]] / J
         grid = np.geomspace(0.1, 1e3, 4000)[:, None, None] * 1j * np.eye(6) - A
-        response = np.linalg.solve(grid, np.eye(6)[:, [3]] / J)[:, :2, 0]
-        assert np.linalg.norm(response, axis=1).max() <= LOADED["gamma"]
-        Phi, x, peak = expm(A * 5e-4), np.array(LOADED["x0"], float), 0.0
+        response = np.linalg.solve(grid, B)[:, :2, 0]
+        Phi, x, seen = expm(A * 5e-4), np.array(LOADED["x0"], float), []
         for _ in range(3000):
-            peak, x = max(peak, abs(u @ x)), Phi @ x
-        assert peak <= LOADED["u_max"] * (1 + 1e-6)
+            seen, x = [*seen, abs(u @ x)], Phi @ x
+        weight = np.array(WEIGHTS["Q"]) + 0.3 * np.outer(u, u)
+        X = solve_continuous_lyapunov(A.T, -weight)
+        true = np.linalg.norm(response, axis=1).max(), max(seen), (B.T @ X @ B).item()
+        most = {key: max(most[key], x) for key, x in zip(most, true)}
+    assert most["norm"] <= LOADED["gamma"]
+    assert most["peak"] <= LOADED["u_max"] * (1 + 1e-6)
+    for key, size in most.items():
+        assert one["near"][key] == pytest.approx(size, rel=1e-3)
+    assert min(one["near"]["cells"].values()) > 0
+    assert {*one["below"]["cells"].values()} == {0}
 
 
 @pytest.mark.campaign

@@ -1,9 +1,9 @@
 // A law that sees some of what a plant does, and how far a loop with its gains is proven: in cells, without
 // a rounding error.
-import {descriptors, meanDescriptor, pairsOf, rounded, stateSpace, withInverses} from "./descriptor.js";
+import {descriptors, meanDescriptor, pairsOf, reach, rounded, sized, stateSpace, withInverses} from "./descriptor.js";
 import {poles} from "./design.js";
 import {EXACT, exactMatrix, exactScalar, exactTimes, nearly} from "./exact.js";
-import {cholesky, combined, FLOATS, identity, mapped, matrix, rowsOf, times, transposed, zeros} from "./matrices.js";
+import {cholesky, combined, FLOATS, identity, inverseLower, mapped, matrix, rowsOf, scaled, times, transposed, zeros} from "./matrices.js";
 import {joined} from "./request.js";
 import {centre, factored, phaseOne} from "./solver.js";
 import {eigenvalues, lyapunov} from "./spectrum.js";
@@ -45,9 +45,15 @@ export function mixtures(request, points, ring) {
 const corners = ([low, high]) =>
   low.reduce((list, x, j) => list.flatMap(t => [...new Set([x, high[j]])].map(y => [...t, y])), [[]]);
 
-// Coordinates in which the motion of a mean loop, a little less damped, is as large everywhere.
-function frameOfLoop(d) {
-  const [F] = stateSpace(d), N = F.rows, unit = Array(N).fill(1);
+// Coordinates in which the motion of a mean loop, a little less damped, is as large everywhere, or in which
+// what its motions still cost is.
+function frameOfLoop(d, gain, asked) {
+  const [F, , Bw] = stateSpace(d), N = F.rows, unit = Array(N).fill(1);
+  if (asked.cost !== undefined) {
+    const effort = times(transposed(gain), times(matrix(asked.R), gain));
+    const X = lyapunov(F, combined(1, matrix(asked.Q), 1, effort)), L = X && cholesky(X);
+    if (L) return framed(transposed(inverseLower(L)));
+  }
   for (let count = 0; count < 10; count++)
     for (let i = 0; i < N; i++) {
       let row = 0, column = 0;
@@ -61,34 +67,42 @@ function frameOfLoop(d) {
   const slow = Math.max(...eigenvalues(F).map(([re]) => re)) / 2;
   const P =
     lyapunov(transposed(mapped(F, (x, i, j) => x * unit[j] / unit[i] - (i === j ? slow : 0))), identity(N));
-  const L = P && cholesky(P);
-  const T = mapped(L ?? identity(N), (x, i) => rounded(x * unit[i], 6));
-  return {...withInverses(T, d, null), scale: 1, sizes: {}};
+  const T = mapped((P && cholesky(P)) ?? identity(N), (x, i) => x * unit[i]), [key] = sized(asked);
+  const omega = Math.max(...eigenvalues(F).map(s => Math.hypot(...s)));
+  return framed(scaled(Math.sqrt(reach(asked, T, Bw, omega)[key] ?? 1), T));
+
+  function framed(T) {
+    return {...withInverses(mapped(T, x => rounded(x, 6)), d, null), scale: 1, sizes: {}};
+  }
 }
 
-// {proven, halves} of a cell of the box: whether one P proves there what is asked of the poles, in exact
-// arithmetic, for the loop with these gains; else its halves, if there are any.
+// {proven, halves} of a cell of the box: whether one P proves there what is asked, in exact arithmetic, for
+// the loop with these gains; else its halves, if there are any.
 export function cellOf({K, cell, ...request}) {
   const rows = rowsOf(readings(request.law, request.vertices[0].M.length)), points = cell && corners(cell);
-  const closed = ring => mixtures(request, points, ring).map(({E, A, Bu, Bw, C}) => {
-    const gain = ring.times(ring.matrix(K), ring.matrix(rows));
-    return {E, A: ring.combined(1, A, 1, ring.times(Bu, gain)), Bu: ring.zeros(E.rows, 0), Bw, C};
-  });
-  const plain = closed(FLOATS), exactly = closed(EXACT), {asked} = request;
+  const [gain, exactGain] = [FLOATS, EXACT].map(ring => ring.times(ring.matrix(K), ring.matrix(rows)));
+  const closed = (ring, gain) =>
+    mixtures(request, points, ring)
+      .map(({E, A, Bu, Bw, C}) =>
+             ({E, A: ring.combined(1, A, 1, ring.times(Bu, gain)), Bu: ring.zeros(E.rows, K.length), Bw, C}));
+  const plain = closed(FLOATS, gain), exactly = closed(EXACT, exactGain), {asked} = request;
   const pairs = pairsOf(exactly, exactly.map((_, k) => k)), middle = meanDescriptor(plain);
-  const frame = frameOfLoop(middle), blocks = assembled(plain, pairs, asked, frame);
+  const frame = frameOfLoop(middle, gain, asked), blocks = assembled(plain, pairs, asked, frame, gain);
   // a sector or a disk alone, which needn't be stable
   blocks.list = blocks.list.filter(({name}) => !name.startsWith("stability"));
-  const found = phaseOne(blocks, blocks.packed({P: identity(middle.E.rows, 2), Y: zeros(0, middle.E.rows)}));
+  const first =
+    blocks.unknowns.map(({name, rows, cols}) => [name, rows ? identity(rows, 2) : zeros(rows, cols)]);
+  const found = phaseOne(blocks, blocks.packed(Object.fromEntries(first)));
   let proven = false;
   if (found.verdict === "feasible") {
     const part = joined(blocks, LARGEST_P * Math.max(1, ...found.x.map(Math.abs)));
-    const {x} = factored(part.at(found.x)) ? centre(part, found.x) : found, [P] = blocks.unpacked(x);
+    const {x} = factored(part.at(found.x)) ? centre(part, found.x) : found, [P, , J] = blocks.unpacked(x);
     const own = times(times(frame.T, P), transposed(frame.T));
     proven = PLACES_OF_P.some(digits => {
-      const X =
-        exactMatrix(rowsOf(mapped(own, (x, i, j) => rounded(i < j ? x : own.at[j * own.cols + i], digits))));
-      return unprovenOf(exactly, pairs, asked, X).every(label => label.startsWith("stability"));
+      const exact = X =>
+        exactMatrix(rowsOf(mapped(X, (x, i, j) => rounded(i < j ? x : X.at[j * X.cols + i], digits))));
+      return unprovenOf(exactly, pairs, asked, exactGain, exact(own), J && exact(J))
+        .every(label => label.startsWith("stability"));
     });
   }
   return {proven, halves: proven ? [] : halvesOf(cell ?? [], point => stateSpace(closedAt(point)))};

@@ -2,7 +2,7 @@
 import {FRACTIONS, NUMBERS} from "./arithmetic.js";
 import {Blocks} from "./blocks.js";
 import {changed} from "./descriptor.js";
-import {definite, divisor} from "./exact.js";
+import {definite, divisor, exactTimes} from "./exact.js";
 import {matrix, times} from "./matrices.js";
 import {Reader} from "./reader.js";
 import {followersOf, ownerOf, requirements, sizeName} from "./request.js";
@@ -12,8 +12,8 @@ const valueOf = X => ({X: {rows: X.rows, cols: X.cols, at: X.at}, terms: []});
 const fractionsOf = ({places, at, ...X}) => valueOf({...X, at: at.map(x => [x, 10n ** BigInt(places)])});
 const setsOf = pairs => ({pairs: pairs.map(pair => pair.map(i => String(i + 1)))});
 
-// The blocks of a request in a frame, affine in P, Y, the sizes and J.
-export function assembled(plain, pairs, asked, frame) {
+// The blocks of a request in a frame, affine in P, Y, the sizes and J; where the `gain` is known Y isn't.
+export function assembled(plain, pairs, asked, frame, gain = null) {
   if (asked.text) return writtenBlocks(plain, asked, frame);
   const [{E, Bu, Bw, C}] = plain, reader = new Reader(NUMBERS), {env} = reader;
   const followers = followersOf(asked), sized = r => followers.includes(ownerOf(r));
@@ -28,6 +28,11 @@ export function assembled(plain, pairs, asked, frame) {
     : name in said.called           ? (frame.sizes[ownerOf(said.called[name])] || 1) ** -2
                                     : 1;
   const unknowns = unknownsOf(reader, said, own, unit);
+  if (gain) {
+    env.gain = valueOf(times(gain, frame.T));
+    env.Y = reader.value(["mul", ["name", "gain"], ["name", "P"]]);
+    unknowns.Y.rows = 0;
+  }
   const place = where => plain.length > 1 && where.length ? ` ${where.map(i => i + 1).join(",")}` : "";
   const name = ([, name, block, ...where]) => (block || name) + place(where);
   const called = label => label in said.called ? own(label) : name(keys.get(label));
@@ -137,13 +142,14 @@ function failedOf(reader, text, sets, given = []) {
   return failed;
 }
 
-// The same of an exact P and what is asked of the poles of loops, exact descriptors without inputs.
-export function unprovenOf(exactly, pairs, asked, P) {
+// The same of an exact P and J and what is asked of closed loops, exact descriptors, with this gain.
+export function unprovenOf(exactly, pairs, asked, gain, P, J) {
   const [{Bw, C}] = exactly, reader = new Reader(FRACTIONS), {env} = reader, N = P.rows;
-  const said = stated(requirements(asked), () => false, false, {N, m: 0, p: Bw.cols});
+  const said = stated(requirements(asked), () => false, false, {N, m: gain.rows, p: Bw.cols});
   for (const [name, x] of Object.entries(said.data)) env[name] = reader.known(x);
   exactly.forEach((d, k) => vertexOf(env, d, k, fractionsOf));
-  Object.assign(env, {C: fractionsOf(C), P: fractionsOf(P), Y: {X: reader.zeros(0, N), terms: []}});
+  Object.assign(env, {C: fractionsOf(C), P: fractionsOf(P), Y: fractionsOf(exactTimes(gain, P))});
+  if (J) env.J = fractionsOf(J);
   return failedOf(reader, [...said.lines, ...said.loop].join("\n"), setsOf(pairs), Object.keys(env));
 }
 

@@ -2,7 +2,7 @@
 // where there are none, and the cells of a proof.
 import {wholeOf} from "../../kernel/law.js";
 
-import {clean} from "./kit.js";
+import {clean, printed} from "./kit.js";
 import {own} from "./solver.js";
 import {BOUNDS, sayable} from "./wishes.js";
 
@@ -19,6 +19,12 @@ const TRUE = {
   u_max: "peak"
 };
 export const EXACT = ["sigma", "theta", "rho"];
+const CLAIMS = {
+  sigma: "every pole decays with",
+  gamma: "the norm from w to z is below",
+  cost: "the cost is below",
+  u_max: "from x(0) the input stays within"
+};
 
 const degrees = x => x * 180 / Math.PI;
 
@@ -102,12 +108,13 @@ export const relaxed = async (name, bounds, requestAt, {near, reached, stale}) =
 };
 const sizeOf = (key, reached) => key === "theta" ? degrees(reached.theta) : reached[key];
 
-// {key: how many cells prove it, or 0} of what is asked of the poles; null where `stale`.
+// {key: how many cells prove it, or 0} of what is asked; null where `stale`.
 export const proven = async (name, request, K, stale) => {
   const cells = {};
-  for (const key of EXACT) {
+  for (const key of Object.keys(BOUNDS)) {
     if (request.asked[key] === undefined) continue;
-    const asked = {[key]: request.asked[key]}, open = [wholeOf(request)];
+    const needs = {cost: ["Q", "R", "noise"], u_max: ["x0"]}[key] ?? [], open = [wholeOf(request)];
+    const asked = Object.fromEntries([key, ...needs].map(name => [name, request.asked[name]]));
     cells[key] = 0;
     for (let tried = 1; open.length; tried++) {
       const found = await own.prove(name, "cell", {...request, asked, K, cell: open.shift()});
@@ -127,9 +134,8 @@ export const proven = async (name, request, K, stale) => {
 export const weighed = (clauses, cells) => clauses.map(clause => {
   const {key} = clause;
   if (key === "T") return clause;
-  const why = !EXACT.includes(key) ? `${BOUNDS[key].symbol} is computed at the corners, in floats.`
-    : cells[key] ? ""
-                 : `${BOUNDS[key].symbol} isn't proven between the corners: ${CELLS} cells were tried.`;
+  const why =
+    cells[key] ? "" : `${BOUNDS[key].symbol} isn't proven by this page, which tries ${CELLS} cells.`;
   return {...clause, exact: !why, why};
 });
 
@@ -137,10 +143,7 @@ export const weighed = (clauses, cells) => clauses.map(clause => {
 export const claims = (asked, cells) =>
   Object.entries(cells)
     .filter(([, count]) => count)
-    .map(
-      ([key, count]) =>
-        `${{sigma: "every pole decays with",
-          theta: "every pole lies within",
-          rho: "every pole lies within"}[key]} ${BOUNDS[key].symbol} = ${
-          key === "theta" ? `${clean(degrees(asked.theta))}°`
-                          : `${clean(asked[key])} s⁻¹`}, in ${count} ${count > 1 ? "cells" : "cell"}`);
+    .map(([key, count]) => `${CLAIMS[key] ?? "every pole lies within"} ${BOUNDS[key].symbol} = ${
+           clean(key === "theta"
+               ? degrees(asked.theta)
+               : asked[key])}${printed(BOUNDS[key].unit)}, in ${count} ${count > 1 ? "cells" : "cell"}`);
