@@ -10,15 +10,7 @@ from sosbook.book.elements.page import PageElement
 from sosbook.book.notebooks import BOOK
 from tests import layout
 from tests.cases import by_turns, later
-from tests.elements import (
-    assert_readable,
-    held,
-    points,
-    said,
-    step,
-    still,
-    write_page,
-)
+from tests.elements import assert_readable, held, points, said, step, still, write_page
 
 KINDS = {"sos-delay", "sos-map", "sos-robot"}
 pytestmark = pytest.mark.skipif(

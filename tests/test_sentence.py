@@ -73,6 +73,8 @@ def wish(rng):
             data["law"]["integrate"] = rng.choice(
                 [True, [[1.0] + [0.0] * (len(position) - 1)]]
             )
+        if rng.random() < 0.4:
+            data["law"]["structure"] = rng.choice(["diagonal", {"K_P": [["a", 0]]}])
         del data["U"]
     if rng.random() < 0.3:
         data["cost"] = {"Q": 1, "R": 2} | rng.choice([{}, {"bound": number(rng)}])
@@ -154,6 +156,16 @@ def test_sentences_lead_back_and_a_page_says_the_same(page, count):
                 assert found.startswith("character ")
     assert page(cases) == said
     assert 1.2 * count < refused < 1.9 * count
+
+
+def test_a_structure_is_said_and_kept_or_asked_no_more():
+    law = {"position": [[1.0, 0.0], [0.0, 1.0]], "structure": {"K_P": [["a", "a"]]}}
+    speech = Sentences({"plant": {}, "law": law, "region": {"sigma": 0.7}}, 2)
+    text = "decays with σ = 0.7 s⁻¹, from all positions, and law.structure as given."
+    assert str(speech) == f"The loop {text}"
+    assert speech.read(str(speech))["law"] == law
+    bare = str(speech).replace(", and law.structure as given", "")
+    assert speech.read(bare)["law"] == {"position": law["position"]}
 
 
 @pytest.mark.parametrize(

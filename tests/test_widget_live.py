@@ -3,16 +3,21 @@
 import html
 import json
 import re
+from urllib.parse import urlencode
 
 import numpy as np
 import pytest
 
 import sosbook as sos
 from sosbook.book import widgets
+from sosbook.book.elements import bench
 from sosbook.book.elements.answers import Answers
+from sosbook.book.elements.bench import EXAMPLES
 from sosbook.book.elements.explorer import design_explorer
+from sosbook.synthesis.known_proof import KnownGainProof
 from sosbook.synthesis.proofs import DesignProof, DesignRefusal
 from tests.cases import random_cost_request, random_request
+from tests.elements import write_page
 from tests.page_requests import page_request
 from tests.test_page_elements import stored
 from tests.test_page_kernel import off
@@ -150,6 +155,82 @@ def test_what_cannot_be_asked_is_said(wished):
     request["vertices"][0]["B"] = [[1, 0]]
     answer = Answers()("move", request)
     assert answer["status"] == "undecided" and "B" in answer["reason"]
+
+
+def of_law(J, **more):
+    """A request of the page: a drive whose encoder is the motor's."""
+    drive = [
+        dict(M=[[0.0025, 0], [0, x]], D=[[0.004, -0.004], [-0.004, 0.004]],
+             S=[[1.9, -1.9], [-1.9, 1.9]], B=[[1], [0]])
+        for x in (*J, "J")
+    ]  # fmt: skip
+    family = drive.pop() | {"parameters": [["J", *J]]}
+    law = {"position": [[1, 0]], "filter": 0.002, "integrate": [[1]]}
+    return {
+        "vertices": drive,
+        "family": family,
+        "U": [[1, 0]],
+        "K_A": None,
+        "coupling": "pairs",
+        "law": law,
+        "asked": {"sigma": 3.3},
+    } | more
+
+
+def test_a_law_is_the_package_s_between_the_corners_too():
+    """Its gains, and a file that the checker decides; the loop of "own" is theirs."""
+    request = of_law([0.003, 0.006])
+    answers = Answers()
+    found, again = (answers(kind, request) for kind in ("move", "prove"))
+    assert found["status"] == "feasible" and again["own"] == found["own"]
+    proof = KnownGainProof(again["proof"]["text"])
+    assert proof.proven and "J in [0.003, 0.006]" in proof.claims[0]
+    on_z, on_rate, on_sum = found["own"][0]
+    K_P, K_D, K_I = (found["gains"][x][0][0] for x in ("K_P", "K_D", "K_I"))
+    assert (on_z, on_rate, on_sum) == (K_P, K_D / 0.002, K_I)
+    for v in request["vertices"]:
+        M, D, S, B = (np.array(v[x]) for x in "MDSB")
+        A = np.zeros((6, 6))
+        A[:2, 2:4], A[4, 0], A[5, [0, 5]] = np.eye(2), 1, (1 / 0.002, -1 / 0.002)
+        u = [on_z + on_rate, 0, 0, 0, on_sum, -on_rate]
+        A[2:4] = np.linalg.solve(M, np.hstack([-S, -D, np.zeros((2, 2))]) + B * u)
+        s = np.linalg.eigvals(A)
+        assert s.real.max() < -3.3
+
+
+def test_a_live_element_asks_the_package_for_a_law(browser, tmp_path):
+    """Gains, word and proof are the package's; its own search isn't asked."""
+    page, jobs, answers = browser.new_page(), [], Answers()
+
+    def asked(text):
+        job = json.loads(text)
+        jobs.append((job["kind"], bool(job["request"].get("law"))))
+        found = answers(job["kind"], job["request"])
+        return json.dumps({"id": job["id"], "by": "the package"} | found)
+
+    page.expose_function("asked", asked)
+    home = (
+        '<div class="sos-live"><div class="sos-question"><textarea></textarea></div>'
+        '<div class="sos-answer"></div>', bench().html, "</div>",
+        """<script>document.querySelector(".sos-question textarea").addEventListener(
+        "input", ({target}) => asked(target.value).then(text => {
+          document.querySelector(".sos-answer").textContent = text; }));</script>""",
+    )  # fmt: skip
+    typed = EXAMPLES["A pendulum, upright"] | {
+        "position": 1, "filter": 0.02, "bounds": "law", "sigma": 2, "theta": 80,
+        "rho": 300,
+    }  # fmt: skip
+    place = write_page(tmp_path / "live.html", *home).as_uri()
+    page.goto(f"{place}#sos-bench-1:{urlencode(typed)}")
+    page.locator(".sos-say em:has-text('proven')").wait_for()
+    found, word = page.evaluate(
+        """() => { const {answer, word} = document.querySelector("sos-bench");
+        return [answer, word]; }"""
+    )
+    assert jobs == [("move", True), ("prove", True)] and word == "proven"
+    assert found["by"] == "the package" and found["gains"].keys() >= {"K_P", "K_I"}
+    assert KnownGainProof(found["proof"]["text"]).proven
+    page.close()
 
 
 @pytest.fixture

@@ -76,7 +76,8 @@ class Sentences:
                 continue
             if not places or not self._readable(key, value):
                 found.append(key)
-            elif key != "law" and known:
+            elif known:
+                known |= {"position", "integrate"} if key == "law" else set()
                 known |= {"x0"} if key == "saturation" else set()
                 same = key == "controller" and value.get("u_max") == limit(self.data)
                 known |= {"u_max"} if same else set()
@@ -149,7 +150,7 @@ class Sentences:
 
     def _law(self, law):
         """The words of a law of the file, or None."""
-        if {*law} - {"position", "integrate", "filter"}:
+        if {*law} - {"position", "integrate", "filter", "structure"}:
             return None
         for words, rows in self.laws():
             same = law.get("position") == rows
@@ -308,6 +309,8 @@ class Sentences:
             position = found["law"]["law"]
             seen = mixed(rows, position)
             data["law"] = {"position": position} | ({"integrate": seen} if seen else {})
+            if "law.structure" in found.get("others", ()):
+                data["law"]["structure"] = self.data["law"]["structure"]
         elif "filter" in found:
             _refuse("“its rate over …” needs before it what is measured", 0)
         for clause in CLAUSES:

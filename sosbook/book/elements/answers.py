@@ -9,7 +9,9 @@ import time
 import numpy as np
 
 from ...analysis.linear import peak_input
+from ...laws.pid import PIDLaw
 from ...plants.second_order import Polytope, SecondOrderSystem
+from ...plants.uncertain import Uncertain
 from ...requirements.cost import QuadraticCost
 from ...requirements.hinf import HInfinity
 from ...requirements.input_bound import Saturation
@@ -37,6 +39,7 @@ class Answers:
 
     def __init__(self):
         self.last = None
+        self.known = None, None  # the last request of a law, and its design
 
     def __call__(self, kind, request):
         """The answer to a request of the page.
@@ -57,6 +60,8 @@ class Answers:
         if asked.get("rho", np.inf) <= asked.get("sigma", -np.inf):
             return {"status": "infeasible", "reason": EMPTY}
         try:
+            if request.get("law"):
+                return self._of_law(kind, request)
             design = design_pid(**asked_of(request), search=Search(start=self.last))
         except ValueError as fault:
             return {"status": "undecided", "reason": str(fault)}
@@ -69,6 +74,19 @@ class Answers:
         if kind == "prove":
             answer |= {"proof": _proof(design)}
         return answer
+
+    def _of_law(self, kind, request):
+        """The gains of a law by name, "own" on what the page measures, and a proof."""
+        if self.known[0] != request:
+            self.known = request, design_pid(**asked_of(request))
+        _, design = self.known
+        answer = {"status": design.status, "reason": design.reason}
+        if design.status == "feasible":
+            tau = request["law"].get("filter") or 1
+            rows = [K / tau if name == "K_D" else K for name, K in design.gains.items()]
+            answer["own"] = np.hstack(rows).tolist()
+            answer["gains"] = {name: K.tolist() for name, K in design.gains.items()}
+        return answer | ({"proof": _proof(design)} if kind == "prove" else {})
 
 
 def _said(reason):
@@ -89,13 +107,17 @@ def asked_of(request):
     """
     asked = request["asked"]
     plants = [SecondOrderSystem(**v) for v in request["vertices"]]
+    law, family = request.get("law"), request.get("family")
+    if law and family:
+        plants = [Uncertain.read(SecondOrderSystem, family, rows=True)]
     region = {key: asked[key] for key in ("sigma", "theta", "rho") if key in asked}
     given = {
         "plant": plants[0] if len(plants) == 1 else Polytope(plants),
-        "U": request["U"] or None,
+        "U": None if law else request["U"] or None,
         "K_A": request["K_A"],
-        "coupling": request["coupling"],
+        "coupling": "auto" if law else request["coupling"],
         "region": PoleRegion(**region) if region else None,
+        "law": PIDLaw(**law) if law else None,
     }
     if "gamma" in asked:
         given["gamma"] = HInfinity(asked["gamma"], asked.get("mu"))

@@ -179,9 +179,9 @@ class DelayAtlas extends Mover {
       return [
         word,
         `<p>${
-          status === "infeasible" ? "No certificate: the corrected LMI has no solution, by exact multipliers."
-                                  : "No certificate was found, nor a proof that there is none."} ${
-          escape(this.advice(asked))}</p>`
+          status === "infeasible"
+            ? "No certificate: the corrected LMI has no solution, by exact multipliers."
+            : "No certificate was found, nor a proof that there is none."} ${escape(this.advice(asked))}</p>`
       ];
     return [
       word,

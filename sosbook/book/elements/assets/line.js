@@ -1,8 +1,8 @@
 // Two widgets beside an element in Jupyter, one for a question and one for its answer,
 // are a line to the package; the page takes over what it leaves unanswered.
 export function line(home, start) {
-  const PATIENCE = 10,
-        ATTEMPTS = 50;  // seconds for an answer; tries, 0.1 s apart, to find the widgets
+  const PATIENCE = 10, LONG = 60,  // seconds for an answer, and for gains that are searched
+    ATTEMPTS = 50;                 // tries, 0.1 s apart, to find the widgets
   return receive => {
     let due = null, timer = null, spare = null, known = null;
     const taken = answer => {
@@ -32,7 +32,7 @@ export function line(home, start) {
         listen(place);
         question.value = JSON.stringify(job);
         question.dispatchEvent(new Event("input", {bubbles: true}));
-        timer = setTimeout(alone, 1000 * PATIENCE);
+        timer = setTimeout(alone, 1000 * (job.request?.law ? LONG : PATIENCE));
       } else if (tries < ATTEMPTS) setTimeout(() => ask(job, tries + 1), 100);
       else alone();
     };

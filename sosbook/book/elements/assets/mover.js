@@ -117,7 +117,8 @@ export class Mover extends PageElement {
   get address() { return this.place; }
   get sentences() {
     return {
-      names: Object.fromEntries(this.controls.map(({key, label, unit = ""}) => [key, [label, printed(unit).trim()]]))
+      names: Object.fromEntries(
+        this.controls.map(({key, label, unit = ""}) => [key, [label, printed(unit).trim()]]))
     };
   }
   get pieces() {
@@ -149,7 +150,8 @@ export class Mover extends PageElement {
 
   // What a text means as the number of a control; NaN where it is none, or out of its range.
   meaning(slot, text) {
-    const control = this.control(slot), unit = (control.unit ?? "").trim(), x = typed(printed(text).replace(printed(unit), ""));
+    const control = this.control(slot), unit = (control.unit ?? "").trim(),
+          x = typed(printed(text).replace(printed(unit), ""));
     const ends = [value(control, 0), value(control, steps(control))];
     if (!(x >= Math.min(...ends) && x <= Math.max(...ends))) return NaN;
     return control.values || this.snaps.includes(slot) ? value(control, position(control, x)) : x;

@@ -113,7 +113,8 @@ export function design(data, bounds, resting = undefined) {
       ...(own.length ? [] : [`# ${sentences(asked, data, resting)}`]),
       ...new Set(own.map(({note}) => note).filter(note => note))
     ],
-    (found ? "print(design.certify())\n" : "") + (asked.controller ? sampled(asked.controller) : ""));
+    (found ? `proof = design.certify()\nprint(proof)\nproof.save("proof.json")\n` : "") +
+      (asked.controller ? sampled(asked.controller) : ""));
 }
 
 // The same gain with a clock, and an observer for what isn't measured.

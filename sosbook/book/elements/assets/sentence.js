@@ -134,7 +134,8 @@ export class Sentences {
       const known = places.flatMap(at => at.slice(1));
       if (KEPT.includes(key)) continue;
       if (!places.length || !this.readable(key, value)) found.push(key);
-      else if (key !== "law" && known.length) {
+      else if (known.length) {
+        if (key === "law") known.push("position", "integrate");
         if (key === "saturation") known.push("x0");
         if (key === "controller" && value.u_max === limit(this.data)) known.push("u_max");
         found.push(
@@ -204,7 +205,8 @@ export class Sentences {
     return [...(this.n > 1 ? one : []), [clause.all, unit]];
   }
   lawWords(law) {
-    if (Object.keys(law).some(name => !["position", "integrate", "filter"].includes(name))) return null;
+    if (Object.keys(law).some(name => !["position", "integrate", "filter", "structure"].includes(name)))
+      return null;
     const same = rows =>
       equal(law.position, rows) && equal(law.integrate ?? [], mixed(integrated({law}), rows));
     return this.laws().find(([, rows]) => same(rows))?.[0] ?? null;

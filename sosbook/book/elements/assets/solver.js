@@ -14,6 +14,7 @@ function program(kernel, send) {
     const begun = performance.now();
     try {
       if (kind in kernel.OF_LAW) return send({id, ...kernel.OF_LAW[kind](request)});
+      if (request.law) return send({id});  // which the package left unanswered
       const found = kernel.design(request, last.get(key), kind === "probe");  // its refusals needn't be exact
       const {status, K, poles, margins, reason, bounded, steps} = found;
       const answer = {id, status, K, poles, margins, reason, bounded, steps};

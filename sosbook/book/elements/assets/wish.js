@@ -400,7 +400,8 @@ export class Wish extends DesignElement {
     const {claims, text, blocks, digits} = asked.proof;
     const address = URL.createObjectURL(new Blob([text], {type: "application/json"}));
     const how = asked.status === "feasible"
-      ? `for the gain rounded to ${digits} digits: ${blocks.length} blocks are positive definite`
+      ? `for the gain ${digits ? `rounded to ${digits} digits` : "as it is"}: ${
+          blocks.length} blocks are positive definite`
       : `that there is none: rational multipliers of ${blocks.length} blocks exclude every solution`;
     this.reply(`<p>${escape(sentence)} <span class="sos-status">Proven</span> in exact arithmetic, ${
                  how}. So</p><ul>${claims.map(c => `<li>${escape(c)}</li>`).join("")}</ul>` +

@@ -51,10 +51,10 @@ export function valueOf(text, clause, key) {
 }
 
 // Plants that are too large or too many for a browser aren't solved here: what to do is said.
-export function beyond({request: {vertices}, law, outputs}) {
+export function beyond({request: {vertices}, law, outputs}, live = false) {
   const take = "As Python and As JSON write what the package takes.";
   if (outputs) return `This page bounds what w does to z alone. ${take}`;
-  if (law?.structure) return `This page searches gains whose entries are all free. ${take}`;
+  if (law?.structure && !live) return `This page searches gains whose entries are all free. ${take}`;
   if (vertices[0].M?.length > LARGEST)
     return `This page computes with up to ${LARGEST} degrees of freedom. ${take}`;
   return vertices.length > CORNERS ? `This page computes with up to ${CORNERS} corners. ${take}` : "";
