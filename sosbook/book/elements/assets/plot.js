@@ -50,12 +50,6 @@ export const bar = (x, width, line, value, colour) =>
   `<rect x="${x}" y="${round(line - Math.max(0, value))}" width="${width}" height="${
     round(Math.abs(value))}" style="fill:var(${colour})"/>`;
 
-// The pattern of a hatched area.
-export const hatching = name =>
-  `<defs><pattern id="${
-    name}" width="9" height="9" patternUnits="userSpaceOnUse" patternTransform="rotate(45)">` +
-  `<line class="sos-hatch" x1="0" y1="0" x2="0" y2="9"/></pattern></defs>`;
-
 // Axes in a viewBox that is 340 wide; what is drawn joins `body`. Where the
 // axes are logarithmic, what lies above or below is drawn on the edge.
 export class Plot {
@@ -111,7 +105,8 @@ export class Plot {
 
   // The style of an area hatched with the pattern of this name.
   hatch(name) {
-    this.body += hatching(name);
+    this.body += `<defs><pattern id="${name}" width="9" height="9" patternUnits="userSpaceOnUse" ` +
+      `patternTransform="rotate(45)"><line class="sos-hatch" x1="0" y1="0" x2="0" y2="9"/></pattern></defs>`;
     return `style="fill:url(#${name})"`;
   }
 

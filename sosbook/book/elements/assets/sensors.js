@@ -2,10 +2,10 @@
 // the shaft, and the ranges of load and shaft. Gains are searched here, then proven for all of
 // these plants.
 import {corners, covering, drawn, ends, middle, quotient} from "./cells.js";
-import {capital, clamp, clean, complex, define, drag, round} from "./kit.js";
+import {clamp, clean, complex, define, drag, round} from "./kit.js";
 import {eigenvalues, mul, rightmost, samples, spectralRadius, trace} from "./linalg.js";
 import {Mover, number, series, wide} from "./mover.js";
-import {hatching, mark, picture, Plot} from "./plot.js";
+import {mark, picture, Plot} from "./plot.js";
 import {driven, hidden, law, loop, sought, ticked, unit} from "./sought.js";
 
 const SECONDS = 3, STEPS = 600;
@@ -15,12 +15,7 @@ const CLAIMS = [0.5, 0.75, 0.9, 0.95, 0.98, 0.99];  // of the true decay, one af
 const MOST = 500;                                   // cells that are tried for each of these
 const STILL = 1e-6;                                 // of the rate: no decay
 const DISCS = [[74, 44, 30], [266, 44, 36]];        // x, y and radius of motor and load
-/** @type {any[][]} */
-const BARS = [
-  ["proven", "fill:var(--sos-region)", 10], ["true", "fill:var(--sos-first);fill-opacity:.45", 38],
-  ["all measured", "fill:var(--sos-soft);fill-opacity:.35", 74]
-];
-const MIDDLE = 166, WAY = [86, 8];  // y of the shaft's handle, soft and stiff
+const MIDDLE = 166, WAY = [86, 8];                  // y of the shaft's handle, soft and stiff
 /** @type {any[][]} */
 const SENSORS = [["p1", "φ₁", 44], ["v1", "φ₁′", 104], ["p2", "φ₂", 236], ["v2", "φ₂′", 296]];
 
@@ -40,7 +35,6 @@ class Sensors extends Mover {
   figures = {
     scene: "Tick a sensor, drag the shaft. Blue hand: the slowest plant; pale: the middle one. True speed.",
     map: "Loads and shafts that may be. Drag the ends of the range. Filled: proven cells.",
-    decays: "Decay σ (s⁻¹) of the slowest plant. Hatched: out of reach for these sensors.",
     choices: "Decay (s⁻¹) that the page finds for each choice of sensors. Choose a cell.",
     poles: "Crosses: slowest plant, circles: the middle one. Shaded: proven. Dotted: a fixed mean.",
     angle: "The load's angle φ₂ from 1 rad at rest. Blue: slowest plant, orange: the middle one."
@@ -102,7 +96,6 @@ class Sensors extends Mover {
       const {done, open} = yield* covering(loop, result.box, sigma, MOST);
       if (open.length) break;
       Object.assign(result, {sigma, cells: done});
-      this.bars(result);
       this.map(result, place);
     }
     result.tried = true;
@@ -159,7 +152,6 @@ class Sensors extends Mover {
     this.tell(...this.told(result));
     this.scene(place);
     this.map(result, place);
-    this.bars(result);
     this.choices(place);
     this.plane(result, ghost);
     this.curves("angle", "φ₂ (rad)",
@@ -213,29 +205,6 @@ class Sensors extends Mover {
     this.find("map").innerHTML =
       plot.svg(`Loads from ${clean(box[0][0])} to ${clean(box[1][0])} kg m², shafts from ${
         clean(box[0][1])} to ${clean(box[1][1])} N m/rad; ${cells.length} proven cells`);
-  }
-
-  // The decays as bars, and what is out of reach.
-  bars({sigma, decay, full, limit, unseen}) {
-    const known = [sigma, decay, full].map(x => this.decays(x) ? x : 0);
-    const edge = Math.min(limit ?? Infinity, ...unseen.map(([re]) => Math.max(0, -re)));
-    const most = 1.15 * (Math.max(...known, edge < 2 * Math.max(...known) ? edge : 0) || 1);
-    const X = x => round(96 + 196 * Math.min(1, x / most)), name = `${this.name}-hatch`;
-    const line = (words, x, style, y) => `<text x="90" y="${y + 15}" text-anchor="end">${words}</text>` +
-      `<rect x="96" y="${y}" width="${round(X(x) - 96)}" height="20" style="${
-        style}"/><text class="sos-over" x="${X(x) + 5}" y="${y + 15}">${clean(x)}</text>`;
-    const out = edge < most ? hatching(name) +
-        `<rect x="${X(edge)}" y="6" width="${round(340 - X(edge))}" height="58" style="fill:url(#${
-          name})"/><path class="sos-target" d="M${X(edge)} 4V66"/>`
-                            : "";
-    const limits = edge === Infinity ? "a gain moves the sum of the poles"
-      : edge === limit               ? `the sum of the poles excludes ${clean(edge)} and more`
-                                     : `a pole that nobody sees excludes more than ${clean(edge)}`;
-    this.find("decays").innerHTML = picture(124,
-      `Decay proven: ${clean(known[0])}, true: ${clean(known[1])}, found with all four measured: ${
-        clean(known[2])}; ${limits}`,
-      out + BARS.map(([words, style, y], k) => line(words, known[k], style, y)).join("") +
-        `<text x="8" y="116">${capital(limits)}.</text>`);
   }
 
   scene(place) {
