@@ -92,6 +92,15 @@ ODD = {
     "a large number": (table(S_csv="1e400"), "1e400 is too large: choose other units"),
     "a small one in JSON": (words(ALONE.replace("2", "1e-400")), "too small"),
     "a zero": (table(S_csv="0e-400"), [[0]]),
+    "Fortran's exponents": (
+        table(**WHOLE, S_csv="3.0D+00;-1.D-1\r\n-.1d0;9.81D0\r\n"),
+        [[3, -0.1], [-0.1, 9.81]],
+    ),
+    "Fortran's entries": (
+        table(**WHOLE, S_mtx="1 1 3.D0\n2 1 4d+0\n"),
+        [[3, 4], [4, 0]],
+    ),
+    "a small one of Fortran": (table(S_csv="1D-400"), "1[eD]-400 is too small"),
     "headings": (table(S_csv="S\n1"), "'?\"?S'?\"? is no number"),
     "a T beside A": (mat(**HELD), "call it dt|a state space"),
     "half of three rows": (

@@ -20,6 +20,7 @@ LONGEST_TEXT = 2 * MOST_DIGITS + 2  # of one text in JSON: a fraction with its s
 MOST_ITEMS = 10_000_000  # of lists and objects in one file: each takes 60 bytes
 LONGEST_INTEGER = 400  # digits of one in JSON; a float has at most 309
 DEEPEST = 200  # lists in lists
+FORTRAN = re.compile(r"(?<=[0-9.])[dD](?=[+-]?[0-9]+$)")  # an exponent's letter
 
 
 @contextmanager
@@ -143,15 +144,16 @@ def _check_limits(content):
 
 
 def number(word):
-    """The float nearest to the decimal that a ``word`` spells; also nan and inf. A
-    ValueError if it is no number in ASCII, or so large or so small that no float is
-    near.
+    """The float nearest to the decimal that a ``word`` spells, with Fortran's exponent,
+    too, such as 1.5D+00; also nan and inf. A ValueError if it is no number in ASCII, or
+    so large or so small that no float is near.
 
     >>> number("1_0")
     Traceback (most recent call last):
         ...
     ValueError: '1_0' is no number; write 0.5 with a point
     """
+    word = FORTRAN.sub("e", word) if "D" in word or "d" in word else word
     try:
         if not word.isascii() or "_" in word:
             raise ValueError

@@ -16,8 +16,8 @@ const MATRIX = 14, PACKED = 15, STRUCT = 2, SPARSE = 5, DOUBLE = 6, LAST = 15, C
 
 const text = bytes => new TextDecoder().decode(bytes).replace(/^\ufeff/, "");
 // A number that a reader wrote as a word; NaN for none. What no float is near is refused.
-function near(word) {
-  const x = number(word);
+function near(given) {
+  const word = given.replace(/(?<=[\d.])[dD](?=[-+]?\d+$)/, "e"), x = number(word);  // Fortran's 1.5D+00
   if (Math.abs(x) === Infinity) refuse(`${word} is too large: choose other units`);
   if (x === 0 && /[1-9]/.test(word.split(/e/i)[0]))
     refuse(`${word} is too small: write 0, or choose other units`);
