@@ -5,9 +5,10 @@ import {mark, markAll, Plot, S_PLANE} from "./plot.js";
 import {cut, shownOf} from "./sentence.js";
 import {listen, longest, markup, speak, typed} from "./spoken.js";
 
-const FEW = 3;     // poles that a plot's name tells
-const LOOKS = 25;  // at a ruler, before those by halves
-const WAY = 300;   // pixels that lead from one end of a number's range to the other
+const FEW = 3;                                                        // poles that a plot's name tells
+const LOOKS = 25;                                                     // at a ruler, before those by halves
+const DRAWN = ["draw", "poleMap", "curves", "strips", "map", "cut"];  // methods that say nothing
+const WAY = 300;  // pixels that lead from one end of a number's range to the other
 
 // A number goes from one position of its ruler to the next: its values, or evenly, or by logarithm.
 const steps = ({values, min, max, step}) => values ? values.length - 1 : Math.round((max - min) / step);
@@ -206,16 +207,13 @@ export class Mover extends PageElement {
     this.survey();
   }
 
-  // What is said here and at both ends of each control, in longer numbers.
+  // What is said here and at both ends of each control, in longer numbers; nothing is drawn for it.
   said() {
     const said = [], nothing = () => {};
     const at = this.elsewhere({
       tell: (_, words, html) => said.push([words, wide(html)]),
       find: () => document.createElement("div"),
-      draw: nothing,
-      poleMap: nothing,
-      curves: nothing,
-      strips: nothing
+      ...Object.fromEntries(DRAWN.map(name => [name, nothing]))
     });
     const ends = this.controls.flatMap(control => {
       const {key, names} = control, last = names ? names.length - 1 : steps(control);
