@@ -14,6 +14,7 @@ from sosbook.controllers.bounds import bounded_output, rounded
 from sosbook.controllers.cells import BALL_BITS, Joined, JoinedCell
 from sosbook.controllers.facts import bounded as bounded_lines
 from sosbook.controllers.facts import facts_of
+from sosbook.controllers.step_bounds import _Numbers
 from sosbook.controllers.trial import steps_of
 from sosbook.exact.rational import exact
 from sosbook.plants.descriptor import descriptors
@@ -403,3 +404,19 @@ def test_single_precision_stays_within_its_bound():
 def test_a_bound_in_words_is_no_smaller_than_what_is_proven():
     assert str(Bounded(0.0231449, 0.02, "N m")).startswith("at most 0.02315 N m")
     assert "up to 2.134 rad" in str(Reach(2.1349, 0.9, 1, "rad"))
+
+
+def test_an_unstable_loop_settles_at_no_time():
+    """Its overflow was no number, and counted as within the band after 86.54 s."""
+    plant = sos.SecondOrderSystem(0.3, 0.1, 3, 1)
+    law = sos.PIDLaw(position=[[1]], filter=0.05, integrate=True)
+    gains = {"K_P": [[-32.0]], "K_D": [[-24.0]], "K_I": [[-80.0]]}
+    for T, stable in ((0.04, False), (0.002, True)):
+        c = sos.Loop(plant, law, gains).at(T, delay=T).controller
+        found = c.bounds.step_response()
+        several = [found.overshoot, found.settling_time, found.rise_time, found.peak]
+        assert (abs(np.linalg.eigvals(c.loops[0].F)).max() < 1) == stable
+        assert stable == all(x.proven is not None for x in several)
+        assert stable == (not any(np.isnan(x.seen) for x in several))
+    slow = _Numbers(np.full(9, -0.5), np.full(9, 0.5), 0.0, 1.0, [])
+    assert slow.settled(0.02) is None and slow.settled(0.6) == 0

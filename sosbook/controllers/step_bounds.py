@@ -188,7 +188,7 @@ def step_bounds(c, x, size, j, output, band, most):
     if row.ends is None:
         raise ValueError(ENDS)
     asked = outputs_of(c)
-    ticks = ticks_of(c.radius)
+    ticks = ticks_of(c.radius) if c.radius < 1 else 1
     end = float(row.ends)
     goal = abs(end) or 1.0
 
@@ -224,8 +224,8 @@ def step_bounds(c, x, size, j, output, band, most):
     where = {}
 
     def bound(name, of, times, unit):
-        values = [of(one) for one in seen]
-        known = [np.nan if v is None else v for v in values]
+        values = [of(one) for one in seen] if c.radius < 1 else [None]
+        known = [np.nan] if None in values else values  # nobody saw the worst
         k = int(np.nanargmax(known)) if not np.isnan(known).all() else 0
         where[name] = names[k]
         proven = None
@@ -328,6 +328,8 @@ class _Numbers:
         low, high = self.away
         out = np.flatnonzero(np.maximum(abs(low), abs(high)) * self.safe > band)
         if self.tail / abs(self.end) * self.safe > band:
+            return None
+        if out.size and out[-1] == len(low) - 1:
             return None
         return int(out[-1]) + 1 if out.size else 0
 
