@@ -411,8 +411,8 @@ def test_an_unstable_loop_settles_at_no_time():
     plant = sos.SecondOrderSystem(0.3, 0.1, 3, 1)
     law = sos.PIDLaw(position=[[1]], filter=0.05, integrate=True)
     gains = {"K_P": [[-32.0]], "K_D": [[-24.0]], "K_I": [[-80.0]]}
-    for T, stable in ((0.04, False), (0.002, True)):
-        c = sos.Loop(plant, law, gains).at(T, delay=T).controller
+    for tick, stable in ((0.04, False), (0.002, True)):
+        c = sos.Loop(plant, law, gains).at(tick, delay=tick).controller
         found = c.bounds.step_response()
         several = [found.overshoot, found.settling_time, found.rise_time, found.peak]
         assert (abs(np.linalg.eigvals(c.loops[0].F)).max() < 1) == stable
