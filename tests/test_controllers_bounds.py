@@ -416,6 +416,12 @@ def test_an_unstable_loop_settles_at_no_time():
         found = c.bounds.step_response()
         several = [found.overshoot, found.settling_time, found.rise_time, found.peak]
         assert (abs(np.linalg.eigvals(c.loops[0].F)).max() < 1) == stable
+        for one in (c, sos.Loop(plant, [[-1.0, -5.0 if stable else 5.0]])):
+            if stable:
+                one.static(w=[])
+                continue
+            with pytest.raises(ValueError, match="isn't stable"):
+                one.static(w=[])
         assert stable == all(x.proven is not None for x in several)
         assert stable == (not any(np.isnan(x.seen) for x in several))
     slow = _Numbers(np.full(9, -0.5), np.full(9, 0.5), 0.0, 1.0, [])

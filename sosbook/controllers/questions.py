@@ -115,6 +115,8 @@ class Questions(ReadOnly):
         """
         r = vector_of("r", r, self.R.shape[1])
         w = vector_of("w", w, self.plant.p)
+        if self.radius >= 1:
+            raise ValueError("this loop isn't stable at its ticks: it rests nowhere")
         x, u = zip(*(loop.at_rest(r, w) for loop in self.loops))
         return np.array(x), np.array(u)
 

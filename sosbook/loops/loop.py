@@ -277,15 +277,15 @@ class Loop(ReadOnly):
             return self.controller.static(r, w)
         if r is not None:
             raise ValueError("r is for a loop with a clock: loop.at(T=...).static(r)")
-        request = self.request
+        request, p = self.request, self.poles()
+        if (abs(p).max() >= 1) if request.step else (p.real.max() >= 0):
+            raise ValueError("this loop isn't stable: it comes to rest nowhere")
         K, N = request.state_gain, len(signals(request.plant))
         push = vector("w", None if w is None else np.atleast_1d(w), request.plant.p)
-        x, u = [], []
-        for d in request.vertices:
-            rest = -np.linalg.solve(d.A + d.Bu @ K, d.Bw @ push)  # noise is in Bw
-            x.append(rest[:N])
-            u.append(K @ rest + (0.0 if d.Uw is None else d.Uw @ push))
-        return np.array(x), np.array(u)
+        V = request.vertices  # whose Bw has the noise
+        x = np.array([-np.linalg.solve(d.A + d.Bu @ K, d.Bw @ push) for d in V])
+        more = [0.0 if d.Uw is None else d.Uw @ push for d in V]
+        return x[:, :N], np.array([K @ y + e for y, e in zip(x, more)])
 
     def simulate(self, t: Any, **more: Any) -> Response | Any:
         """The motion: `Design.simulate`, `Controller.simulate` or `simulate_delay`.
@@ -339,9 +339,7 @@ class Loop(ReadOnly):
             furthest = later("sampled", "furthest_sampled")
             return furthest(c.plant, c, **ends, find=find, **how)
         if to is not None or isinstance(self.clock, Clock):
-            raise ValueError(
-                "T and delay are found with a clock, up to to=; the rest without both"
-            )
+            raise ValueError("T and delay take a clock and to=; the rest takes neither")
         clock = self.clock or Late(1.0)
         start = dict(tau=clock.tau, mu=clock.mu) | how
         bare = Loop(self.plant, self.law, self.request.gain)
@@ -388,7 +386,7 @@ class Loop(ReadOnly):
         outputs = list(input_names(plant.m))
         inputs = [x.replace(".", "_") for x in inputs]
         if len({*inputs}) < len(inputs):
-            raise ValueError(f"two sensors would be called alike: {', '.join(inputs)}")
+            raise ValueError(f"two inputs would be called alike: {', '.join(inputs)}")
         return library("control").ss(A, B, C, D, inputs=inputs, outputs=outputs, dt=dt)
 
 
