@@ -5,12 +5,14 @@ functions are here. A `need` that is new, or that is never reached, is missing b
 """
 
 import json
+from decimal import Decimal, localcontext
 from fractions import Fraction
 from itertools import permutations, product
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.linalg import hadamard
 
 import sosbook as sos
 from sosbook.exact.checker import (
@@ -33,6 +35,14 @@ from tests.test_proof_files import proof_of
 
 FORGED = [json.loads(x) for x in Path(__file__).with_name("forged.json").open("rb")]
 NINES = "9" * 99_000
+TINY = Fraction(1, 10**18)
+AS_GOOD = [  # changes of proofs that are proofs
+    ("known gain, outputs that differ", [[["plant", "vertices", k, name], x]
+     for k in (0, 1)
+     for name, x in (("C", [["1", "0"]]), ("D_u", [["0.1"]]), ("D_w", None))]),
+    ("an LMI of one's own", [[["expressions", 0, 2, 0, 1], True]]),
+    ("each input, a box", [[["requirements", 1, "x0"], [["0.3", "0.1", "0", "0"]]]]),
+]  # fmt: skip
 
 
 def text(lines, multipliers=None, **more):
@@ -111,6 +121,23 @@ MULTIPLIED = {
     },
 }
 LOOP = "for i in s:\n  a.i: 1 > 0"
+
+
+def exponential(x, units=0):
+    """e^x by Decimal, and so many units of 2^-128 more, as a fraction."""
+    with localcontext(prec=90):
+        return str(Fraction(Decimal(x).exp()) + Fraction(units, 1 << 128))
+
+
+def by_little():
+    """Lines, with a number and a matrix, that are false of exponentials and norms."""
+    yield "exp(x) - c", exponential("0.1249", 60), [["0.1249"]]
+    yield "c - exp(x)", exponential("0.1249", -60), [["0.1249"]]
+    yield "c - exp(x)", exponential("0.24", -1000), [["0.24"]]
+    yield "c - norm(x)", "1", [["1"]]
+    yield "c - norm(x)", "1.999", [[str(e) for e in u] for u in hadamard(4).tolist()]
+
+
 MORE = [
     ("kernel", "whole", text("a: 1 > 0") | {"text": "sha256:0"}),
     ("kernel", "a point, or multipliers", text("a: 1 > 0", {}, point={})),
@@ -140,6 +167,8 @@ MORE = [
     ("kernel", "isn't positive ",  # nearly a unit is lost of each entry, ten in all
      text("a: c - near(x) > 0", data={"c": f"{(10 << 128) + 9}/{1 << 128}",
           "x": [[f"{(1 << 148) + (1 << 20) - 1}/{1 << 148}"] * 10] * 10})),
+    *(("kernel", "isn't positive ", text(f"a: {line} > 0", data=dict(c=c, x=x)))
+      for line, c, x in by_little()),
 ]  # fmt: skip
 TEXTS = MORE + [
     (module, words, text(*(given if isinstance(given, tuple) else (given,))))
@@ -169,12 +198,23 @@ def edges():
         ("delay", 1, Fraction(8870, 10000), "isn't rounded down"),
     ):
         yield ("delays", words), name, [[["exponentials", k], str(e)]]
+    for low, high, need in (  # of e^32 and e^48, by Decimal
+        (1 + TINY, 1, ("delays", "too large a factor")),
+        (1 - TINY, 1 - TINY, ("delays", "too small a factor")),
+        (1 - TINY, 1 + TINY, ("kernel", "isn't positive ")),
+    ):
+        far = [low * Fraction(exponential(32)), high * Fraction(exponential(48))]
+        far = [["exponentials"], [*map(str, far)]]
+        yield need, "legendre, varying", [[["delta"], "40"], far]
     alone = "the multipliers exclude nothing"
     for name, edge in (
         ("little force for a fast fall", "1.9924903702247714"),
         ("little force for a slow pair", "1.7693131667902287"),
     ):
         k = len(base(name)["requirements"]) - 1
+        for x in ("spread", "blur"):
+            tight = [[[x], *scaled(name, x, 0.98)]]
+            yield ("small_input", "the part isn't enclosed"), name, tight
         wide = [[[x], *scaled(name, x, 1000)] for x in ("spread", "blur")]
         bound = [["requirements", k, "u_max"], edge]
         yield ("small_input", alone), name, [*wide, bound]
@@ -239,7 +279,7 @@ def of_files():
     yield "kernel", "a key comes twice", kernel.contents, '{"a": 1, "a": 2}'
     yield "kernel", "too many digits", kernel.contents, "1" * 401
     yield "subject", "that is no number", verdict.wanted_gain, {"K": [[True]]}
-    for line in ("inv(A)", "at(A, 1, 1)", "kron(A, A)", "tr(A)"):
+    for line in ("inv(A)", "at(A, 1, 1)", "tr(A)"):
         yield "payment", "{x[0]} moves", moves, f"x: {line} > 0"
     yield "payment", "{label} moves", moves, "x: A == [2]"
 
@@ -251,6 +291,8 @@ def test_every_need_refuses_a_file_that_is_forged(tmp_path, monkeypatch, capsys)
     ]
     for name in {name for _, name, _ in FORGED}:
         decided(base(name))  # what isn't changed is a proof
+    for name, how in AS_GOOD:
+        decided(changed(name, how))
     (tmp_path / "proof.json").write_text(proof_of("stability").text, "utf-8")
     (tmp_path / "gain.json").write_text("[[1, 2]]", "utf-8")
     named = [str(tmp_path / f"{x}.json") for x in ("proof", "gain")]

@@ -1,5 +1,6 @@
 """Changes of the checker by rule, and the judge of whether an input notices them."""
 
+import ast
 import json
 from itertools import count
 
@@ -22,7 +23,7 @@ def f(x, y=1):
 
 
 def test_each_sign_number_and_need_is_changed_and_no_words():
-    found = [source for _, _, source in mutants(SOURCE)]
+    found = [ast.unparse(tree) for *_, tree in mutants(SOURCE)]
     for part in (
         *("need(True)", "x <= y", "or not x", "and x", "return x + 2", "-x - 2"),
         *("-x + 3", "y=2", "P + 2 Q", "P - 3 Q", "> 1"),
@@ -38,10 +39,10 @@ def test_a_checker_without_a_need_is_noticed_by_the_file_that_it_refuses():
     less = cut | {"cells": [[name, kind, cuts[:-1]]]}
     inputs = Inputs([("asked", json.dumps(x)) for x in (cut, less)])
     source = (CHECKER / "known.py").read_text("utf-8")
-    for owner, words, changed in mutants(source):
+    for owner, words, *change in mutants(source):
         if "need(...) -> nothing" in words and "a cell is missing" in words:
-            assert inputs.notices("known", owner, changed, 60.0) is True
-    assert inputs.notices("known", "Known._cells", source, 60.0) is False
+            assert inputs.notices("known", owner, *change, 60.0) is True
+    assert inputs.notices("known", "Known._cells", (), source, 60.0) is False
 
 
 def test_a_change_without_an_end_is_noticed():
@@ -51,22 +52,33 @@ def test_a_change_without_an_end_is_noticed():
     )
     whole = ("kernel", json.dumps(text("a: 1 > 0")))
     assert Checker().answer(*whole) == ["a"]
-    assert Inputs([whole]).notices("kernel", "holds", endless, 0.1) is True
+    assert Inputs([whole]).notices("kernel", "holds", (), endless, 0.1) is True
 
 
 def test_a_change_that_ends_the_program_is_noticed():
     source = (CHECKER / "kernel.py").read_text("utf-8")
     found = [
-        x
-        for _, words, x in mutants(source)
+        change
+        for _, words, *change in mutants(source)
         if "Eq -> NotEq" in words and "main" in words
     ]
-    assert any(Inputs([]).notices("kernel", "module", x, 1.0) for x in found)
+    assert any(Inputs([]).notices("kernel", "module", *x, 1.0) for x in found)
 
 
 def test_the_survivors_without_a_word_may_only_become_fewer():
     why = [*command.survivors().values()]
-    assert {*why} <= command.WHY - {""}
+    assert {x.partition(":")[0] for x in why} <= command.WHY - {""}
+
+
+def test_an_input_is_asked_where_it_enters_the_changed_line():
+    """The first statement refuses both; only one of them gets to the second."""
+    texts = [text("a: x > 0", data={"x": x}) for x in ("1", "2 3")]
+    inputs = Inputs([("kernel", json.dumps(x)) for x in texts])
+    source = (CHECKER / "arithmetic.py").read_text("utf-8")
+    here = {words.split(" in ")[1][:40]: lines for owner, words, lines, _
+            in mutants(source) if owner == "number"}  # fmt: skip
+    asked = [inputs.near("arithmetic", "number", x) for x in here.values()]
+    assert {*map(len, asked)} == {1, 2}
 
 
 @pytest.fixture
@@ -79,11 +91,11 @@ def three(tmp_path, monkeypatch):
         def __init__(self, kept):
             """There are none."""
 
-        def notices(self, name, owner, source, most):
-            return source == "dies"
+        def notices(self, name, owner, lines, tree, most):
+            return tree == "dies"
 
     every = {
-        f"kernel f{k} {k}": {f"f{k} lives": "lives", f"f{k} dies": "dies"}
+        f"kernel f{k} {k}": {f"f{k} {x}": ((), x) for x in ("lives", "dies")}
         for k in range(3)
     }
     (tmp_path / "inputs").write_text("[]", "utf-8")

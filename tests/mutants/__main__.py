@@ -65,10 +65,10 @@ def main(words=None):
     counts, end = Counter(), time.process_time() + asked.seconds
     for mark in order:
         name, owner, _ = mark.split()
-        for line, source in every[mark].items():
+        for line, (lines, changed) in every[mark].items():
             if time.process_time() > end:
                 break
-            found = inputs.notices(name, owner, source, SECONDS)
+            found = inputs.notices(name, owner, lines, changed, SECONDS)
             kind = {True: "noticed", None: "not decided in time", False: "survive"}
             counts[kind[found]] += 1
             lists.hear(mark, line, found)
@@ -90,10 +90,9 @@ def functions():
     """The changes of each function by their words, by "module function digest"."""
     found = {}
     for name in MODULES:
-        for owner, words, source in mutants(
-            (CHECKER / f"{name}.py").read_text("utf-8")
-        ):
-            found.setdefault((name, owner), {})[f"{name} {words}"] = source
+        source = (CHECKER / f"{name}.py").read_text("utf-8")
+        for owner, words, *changed in mutants(source):
+            found.setdefault((name, owner), {})[f"{name} {words}"] = changed
     return {
         f"{name} {owner} {sha256('|'.join(changes).encode()).hexdigest()[:12]}": changes
         for (name, owner), changes in found.items()

@@ -1,4 +1,4 @@
-"""Each small change of a module: its words, and the source with it."""
+"""Each small change of a module: its words, its lines, and the tree with it."""
 
 import ast
 import copy
@@ -23,7 +23,11 @@ THEOREM = re.compile(r"[>=]|\[.*\]|'|he\(", re.S)  # a text in the kernel's lang
 
 
 def mutants(source):
-    """(function, words, changed source) of each change of a module's ``source``."""
+    """(function, words, lines, changed tree) of each change of a module's ``source``.
+
+    The lines are those that Python enters before what is changed; none where the
+    function is made.
+    """
     tree = ast.parse(source)
     seen = {}
     for owner, path, node in nodes(tree):
@@ -33,7 +37,7 @@ def mutants(source):
             seen[words] = seen.get(words, 0) + 1
             if seen[words] > 1:
                 words += f", the {seen[words]}th"
-            yield owner, words, ast.unparse(replaced(tree, path, other))
+            yield owner, words, lines(tree, path), replaced(tree, path, other)
 
 
 def nodes(tree):
@@ -118,13 +122,30 @@ def replaced(node, path, other):
     )
 
 
-def about(tree, path):
-    """The statement around a node, in one line."""
-    node, line = tree, ""
+def way(tree, path):
+    """The nodes from a tree to the end of a path."""
+    node = tree
     for name, k in path:
         node = getattr(node, name) if k is None else getattr(node, name)[k]
-        if isinstance(node, (ast.stmt, ast.match_case)) and not isinstance(
-            node, (ast.FunctionDef, ast.ClassDef)
-        ):
-            line = " ".join(ast.unparse(node).split())
-    return line[:100]
+        yield node
+
+
+def about(tree, path):
+    """The statement around a node, in one line."""
+    here = None
+    for x in way(tree, path):
+        made = isinstance(x, (ast.FunctionDef, ast.ClassDef))
+        if isinstance(x, (ast.stmt, ast.match_case)) and not made:
+            here = x
+    return " ".join(ast.unparse(here).split())[:100] if here else ""
+
+
+def lines(tree, path):
+    """The first and last line of the statement around a node, or of its head's part."""
+    nodes = [x for x in way(tree, path) if hasattr(x, "lineno")]
+    last = max((k for k, x in enumerate(nodes) if isinstance(x, ast.stmt)), default=0)
+    made = isinstance(nodes[last], (ast.FunctionDef, ast.ClassDef))
+    if hasattr(nodes[last], "body"):
+        last += 1
+    here = nodes[last] if last < len(nodes) and not made else None
+    return range(here.lineno, here.end_lineno + 1) if here else ()

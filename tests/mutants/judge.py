@@ -31,13 +31,13 @@ def plain(name):
 class Checker:
     """The checker's modules, run from their sources; of one another may be given."""
 
-    def __init__(self, module=None, source=None):
+    def __init__(self, module=None, tree=None):
         self.name = f"changed_{id(self)}"
         package = self._made("", None)
         package.__path__ = []
         for name in MODULES:
             changed = name == module
-            code = compile(source, f"<{name}>", "exec") if changed else plain(name)
+            code = compile(tree, f"<{name}>", "exec") if changed else plain(name)
             self._made(name, code)
 
     def _made(self, name, code):
@@ -58,8 +58,11 @@ class Checker:
         """What it says of an input, as JSON, or why it refuses it."""
         said, core = (sys.modules[f"{self.name}.{x}"] for x in ("verdict", "kernel"))
         try:
-            if kind == "file":
-                return [*said.check(given)]
+            if kind in ("file", "opened"):
+                whole, claims, _ = said.opened(given)
+                if kind == "file":
+                    core.check(whole)
+                return [*claims]
             if kind in ("kernel", "words"):
                 return [*core.check(json.loads(given))]
             text, claims = said.text_of(json.loads(given))
@@ -132,52 +135,86 @@ def recorded(recorder):
 
 
 class Inputs:
-    """Recorded inputs with their answers, their seconds, and what they enter."""
+    """Recorded inputs with their answers, their seconds, and the lines they enter."""
 
     def __init__(self, inputs):
         self.all, entered = [], {}
         honest = Checker()
         for kind, given in inputs:
-            places, start = set(), time.process_time()
-
-            def seen(frame, event, _, places=places):
-                if event == "call" and frame.f_code.co_filename.startswith("<"):
-                    name = frame.f_code.co_qualname.replace(".<locals>", "")
-                    places.add((frame.f_code.co_filename[1:-1], name))
-
+            start = time.process_time()
             said = verdict_of(kind, honest.answer(kind, given))
             seconds = time.process_time() - start
+            if seconds > LONGEST and kind == "file":  # what the kernel decides is long
+                kind = "opened"
+                said = verdict_of(kind, honest.answer(kind, given))
+                seconds = time.process_time() - start - seconds
             if seconds > LONGEST:
                 continue
-            sys.setprofile(seen)
-            honest.answer(kind, given)
-            sys.setprofile(None)
-            place = len(self.all)
+            for place in traced(honest.answer, kind, given):
+                entered.setdefault(place, []).append(len(self.all))
             self.all.append((kind, given, said, seconds))
-            for module, name in places:
-                entered.setdefault((module, name.split(".<")[0]), []).append(place)
-                entered.setdefault((module, "module"), []).append(place)
         honest.forget()
-        by_time = [x[3] for x in self.all].__getitem__
-        self.entered = {k: sorted({*v}, key=by_time) for k, v in entered.items()}
+        self.seconds = [x[3] for x in self.all]
+        self.entered = {k: sorted(v, key=self.seconds.__getitem__)
+                        for k, v in entered.items()}  # fmt: skip
+        self.last = {}  # what noticed the last change of a function
 
-    def notices(self, module, owner, source, most):
+    def near(self, module, owner, lines):
+        """The inputs that enter some lines, those that noticed most lately first."""
+        entered = self.entered
+        some = {k for x in lines for k in entered.get((module, x), ())}
+        some = some or entered.get((module, owner), ())
+        first = [k for k in self.last.get((module, owner), ()) if k in some]
+        rest = sorted({*some}.difference(first), key=self.seconds.__getitem__)
+        return [*first, *rest]
+
+    def notices(self, module, owner, lines, changed, most):
         """Whether an answer differs: True, False, or None if ``most`` seconds end."""
         end = time.process_time() + most
         with at_most(most + 1):
             try:
-                other = Checker(module, source)
+                other = Checker(module, changed)
             except (Exception, SystemExit):  # it doesn't even begin
                 return True
+            k, heard = None, self.last.setdefault((module, owner), [])
             try:
-                for k in self.entered.get((module, owner), ()):
+                for k in self.near(module, owner, lines):
                     kind, given, said, _ = self.all[k]
                     if verdict_of(kind, other.answer(kind, given)) != said:
-                        return True
+                        break
                     if time.process_time() > end:
                         return None
+                else:
+                    return False
             except (Exception, SystemExit):  # no test expects it
-                return True
+                pass
             finally:
                 other.forget()
-        return False
+            if k is not None:
+                self.last[module, owner] = [k, *(x for x in heard if x != k)][:20]
+        return True
+
+
+def traced(do, *given):
+    """The lines, and the functions, of the checker that a call enters."""
+    found = set()
+
+    def line(frame, event, _):
+        found.add((frame.f_code, frame.f_lineno))
+        return line
+
+    def call(frame, event, _):
+        if frame.f_code.co_filename.startswith("<"):
+            return line(frame, event, _)
+
+    sys.settrace(call)
+    try:
+        do(*given)
+    finally:
+        sys.settrace(None)
+    places = set()
+    for code, number in found:
+        module = code.co_filename[1:-1]
+        name = code.co_qualname.replace(".<locals>", "").split(".<")[0]
+        places |= {(module, number), (module, name), (module, "module")}
+    return places

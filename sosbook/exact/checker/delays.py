@@ -30,14 +30,14 @@ P + R2' + e2 (GA' - FE), e1 R3 - Q + e2 late, 2 d Q - e1 R2{Z1}; \
 ., ., ., -e1 R1{Z0}{Z5}] > 0"""
 
 
-def exponential(x, terms=80):
+def exponential(x):
     """Bounds of e^x, for x >= 0."""
     if x >= 20:
         need(x < MOST_EXPONENT, "an exponential of a very large number")
         low, high = (y * y * FINE for y in exponential(x / 2))
         return Fraction(int(low), FINE), Fraction(int(high) + 1, FINE)
     total = term = Fraction(1)
-    for k in range(1, terms):
+    for k in range(1, 80):
         term = term * x / k
         total += term
     return total, total + term

@@ -117,8 +117,8 @@ class Design:
         first = {}  # the first vertex with the same E
         kind = {i: first.setdefault(x.shortest, i) for i, x in E.items()}
         between = [(i, j) for i in E for j in E if i < j and kind[i] != kind[j]]
-        alike = all(env.get(f"{x}.{i + 1}") == env.get(f"{x}.1")
-                    for x in self.t.each for i in E)  # fmt: skip
+        first_one, *others = self.t.vertices
+        alike = all(v.get(x) == first_one.get(x) for v in others for x in OUTPUTS)
         if between and alike:
             points = {i: self._point(env, i) for i in E}
             ranges = self.d["plant"].get("parameters", ())

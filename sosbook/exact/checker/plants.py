@@ -94,7 +94,6 @@ def outputs_of(t, plant, vertices, widths, entry):
     several = [(v.get("C"), v.get("D_u")) for v in vertices]
     alike = all(x == several[0] for x in several)
     alike = alike and not any(v.get(k) for v in vertices for k in ("D_w", "C_a"))
-    t.each = () if "C" in plant and alike else tuple(OUTPUTS.values())
     if "C" in plant and alike:
         v = vertices[0] if "C" in vertices[0] else plant  # of ranges, or of a box
         for key in ("C", "D_u"):

@@ -110,7 +110,7 @@ class Sampled:
             t.put_number(name, d, name)
         rate, centre = number(d["rate"]), abs(number(d["centre"]))
         need(0 < rate and centre + rate <= 1, "the disk lies in the unit disk")
-        need(not (centre and (loop.varies or loop.k)), "a disk is of one clock")
+        need(not (centre and loop.varies), "a disk is of one clock")
         self.sizes = dict(N=loop.N, m=loop.m, n=loop.n, w=loop.N + 2 * loop.m)
         self.done, self.cells, self.boxes = {}, 0, 0
         for f, frame in enumerate(d["frames"]):

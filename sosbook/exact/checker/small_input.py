@@ -171,8 +171,7 @@ def sizes_of(x):
 
 def split(x):
     """The diagonal, and what is beside it."""
-    own = [[e if i == j else 0 for j, e in enumerate(u)] for i, u in enumerate(x.a)]
-    own = Mat(x.r, x.c, own, x.d)
+    own = diagonal([x.at(i, i) for i in range(x.r)])
     return own, x + own.times(-1)
 
 

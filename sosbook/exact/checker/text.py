@@ -78,7 +78,6 @@ class Text:
         self.asked, self.lines, self.places = asked, [], {}
         self.data, self.sets, self.unknowns, self.found = {}, {}, {}, {}
         self.labels = {}  # from a block's key to its label
-        self.each = ()  # names of outputs that each vertex has for itself
 
     def put(self, name, holder, key, width=0, entry=decimal_text, into=None):
         """A matrix of what is asked becomes data; without rows it has a width."""
