@@ -20,6 +20,8 @@ import sosbook as sos
 from sosbook import proofs
 from sosbook.book import thesis
 from sosbook.book.reproduction.region_of_attraction import region_of_attraction
+from sosbook.controllers.margins import Margins
+from sosbook.controllers.windup import Reach
 from sosbook.exact import proof_file, quick
 from sosbook.exact.checker import families, in_one_file
 from sosbook.exact.checker import text as texts
@@ -593,6 +595,8 @@ def test_each_kind_is_a_text_or_says_that_it_is_an_enclosure():
     for name in [*PROOFS, *EXCLUDED, *BEYOND]:
         alone = "by an enclosure of one program:" in str(proof_of(name))
         assert alone == (name in BEYOND) == bool(proof_of(name).examined.alone)
+    no_file = Reach(1.0, 0.5, 1, "rad"), Margins("u", "ab", "c", "d", None, None)
+    assert all("proven by one program" in str(x) for x in no_file)
 
 
 def held_against(plant, proof, folder):

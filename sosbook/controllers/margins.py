@@ -99,7 +99,8 @@ class Margins:
     def __repr__(self):
         low, high = self.gain
         lines = [
-            f"the loop opened at {self.at}, proven for every plant (and seen at some):",
+            f"the loop opened at {self.at}, proven by one program for every plant (and "
+            "seen at some):",
             f"  gain, times: from {low} to {high}",
             f"  phase, either way: {self.phase}",
             f"  disk, alpha: {self.disk}",

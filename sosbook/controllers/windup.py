@@ -84,7 +84,7 @@ class Reach:
         return (
             f"steps up to {four_digits(self.step, ROUND_FLOOR)} {self.unit} from rest "
             "settle with the limit, "
-            "for every constant plant: proven, the limit may take away "
+            "for every constant plant: proven by one program, the limit may take away "
             f"{100 * self.sector:g} % of the output. Slew, ramps, faults, sensors' "
             f"steps and friction are no part of it; larger steps may settle, too{late}"
         )

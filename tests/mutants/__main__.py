@@ -9,9 +9,9 @@ theorem's text, or leaves a `need` out. The tests of the checker run first, and 
 they ask is kept. `survivors.txt` lists the changes that nothing notices: it may only
 shrink. `asked.txt` names the functions all of whose changes were asked for that list,
 each with a digest of its changes; those that it doesn't name come first. A survivor
-that was thought about ends with a word: the changed checker answers alike ("equal"),
-refuses more ("stricter"), says or exits otherwise ("words"), gives up elsewhere
-("limit"), or a test that calls the function notices it ("tested").
+that was thought about ends with a word, and why: the changed checker answers alike
+("equal"), refuses more ("stricter"), says or exits otherwise ("words"), gives up
+elsewhere ("limit"), or a test that calls the function notices it ("tested").
 Exit code: 0; 1 where a change of a function in `asked.txt` survives and isn't listed;
 3 where none does, and some functions were never asked.
 """
