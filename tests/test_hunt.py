@@ -119,6 +119,22 @@ def test_a_small_input_is_judged_by_the_vertex_that_it_names():
     assert true_claims(whole) is False
 
 
+def test_a_slow_mode_beside_large_gains_is_judged_by_forty_digits():
+    """Floats put it 7e-3 aside; no sensor sees it, so no gain moves it."""
+    rows = [[-2, 5], [2, 1]], [[-1, -1], [5, -2]], np.eye(2), [[0.342], [-0.831]]
+    plant = sos.SecondOrderSystem(np.diag([7.0, 3.0]), *rows)
+    design = sos.analyse_pid(
+        plant,
+        [[133849.0, -269220.0], [291998.0, 234587.0]],
+        law=sos.PIDLaw([[0.52, 0.22]], filter=0.01),
+        region=sos.LMIRegion.half_plane(0.3479),
+    )
+    file = asked(json.loads(design.infeasibility.text))
+    assert file["kind"] == "fixed mode" and true_claims(file)
+    file["point"][0] = "-0.32"
+    assert not true_claims(file)
+
+
 def test_noise_that_a_law_loses_is_seen(monkeypatch):
     """The loops of the hunt are its own: they keep the noise of the sensors."""
     asked = request(6)
