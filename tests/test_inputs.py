@@ -350,3 +350,18 @@ def test_what_is_asked_in_two_ways_is_not_dropped_in_one(name):
         with pytest.raises(ValueError, match=f"{name} is given.*in one place"):
             door(**{name: one}, requirements=[other])
         assert door(requirements=[other]).status != "undecided"
+
+
+@pytest.mark.parametrize("of_a_law", [False, True])
+def test_a_loop_and_a_signal_keep_what_they_were_given(of_a_law):
+    """A gain that was changed later made another loop of the same object."""
+    plant = sos.SecondOrderSystem(0.3, 0.2, 9.81, 1)
+    K = np.array([[-1.0]]) if of_a_law else np.array([[-1.0, -2.0]])
+    law = sos.PIDLaw(position=[[1]]) if of_a_law else None
+    loop = sos.Loop(plant, law, {"K_P": K} if of_a_law else K)
+    height = np.array([1.0, 2.0])
+    step, sine = sos.Step(height), sos.Sine(height, 3, offset=height)
+    K[0, 0] = height[0] = 50.0
+    own = [[0, 1], [-10.81 / 0.3, -(0.2 if of_a_law else 2.2) / 0.3]]
+    assert np.allclose(np.sort(loop.poles()), np.sort(np.linalg.eigvals(own)))
+    assert step([0.0])[0] == sine([0.0])[0] == 1

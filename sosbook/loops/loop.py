@@ -22,7 +22,7 @@ from ..requirements.base import Requirement
 from ..requirements.shorthand import collected
 from ..runtime.later import later
 from ..runtime.libraries import library
-from ..runtime.read_only import ReadOnly, put
+from ..runtime.read_only import ReadOnly, frozen, put
 from ..synthesis.design import Design
 from ..synthesis.pid import analyse_pid
 from ..synthesis.request import Request
@@ -94,7 +94,8 @@ class Loop(ReadOnly):
             law, gains = taken(checked_plant(plant), gains, law)
         if not isinstance(clock, (Clock, Late, type(None))):
             raise ValueError(f"clock must be a Clock or Late, got {clock!r}")
-        put(self, plant=plant, law=law_of(None, law), gains=gains, clock=clock)
+        law, gains = law_of(None, law), frozen(gains)
+        put(self, plant=plant, law=law, gains=gains, clock=clock)
 
     def at(
         self, T: float, delay: float | tuple[float, float] = 0.0, jitter: float = 0.0

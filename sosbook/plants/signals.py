@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..runtime.array_like import ArrayLike
+from ..runtime.read_only import frozen, put
 from .checks import finite, matrix, numbers
 
 
@@ -16,6 +17,7 @@ class Signal:
         for name in levels:
             if not np.isfinite(numbers(name, getattr(self, name))).all():
                 raise ValueError(f"{name} must be finite, got {getattr(self, name)!r}")
+            put(self, **{name: frozen(getattr(self, name))})
         for name in ("start", "stop"):
             when = getattr(self, name)
             if not (isinstance(when, (float, np.floating)) and np.isinf(when)):
