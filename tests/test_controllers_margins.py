@@ -183,12 +183,20 @@ def test_curves_are_those_of_the_plant_and_the_law():
         at = np.array([[*map(float, p.split(","))] for p in line.split()])
         assert np.linalg.norm(np.diff(at, axis=0), axis=1).max() < 50
     assert "rad/s" in loop.bode() and "J2 = 0.003" in margins._repr_html_()
+    assert loop.bode().count("as seen") >= 2  # between these plants nothing is proven
+    beside = sos.plants.MeasuredResponse(loop.omega[5:-5:9], 0.9 * loop.L[0, 5:-5:9])
+    for draw in (loop.bode, loop.nyquist, loop.nichols):
+        both = [re.findall('points="(.*?)"', draw(x)) for x in (None, beside)]
+        assert len(both[1]) == len(both[0]) + (2 if draw == loop.bode else 1)
+        assert "nan" not in draw(beside)
+    here, there = (re.findall("<polygon.*?/>", loop.bode(x)) for x in (None, beside))
+    assert here == there  # it is inside the axes, and no part of the band
 
 
 def test_a_band_is_what_the_curves_span():
     t = np.array([1.0, 2.0, 4.0])
     curves = [(t, np.array(y)) for y in ([1.0, 5.0, 3.0], [2.0, 4.0, 9.0], [0.0, 6, 4])]
-    svg = chart(curves, "y", log=True, low=True, band=True)
+    svg = chart(curves, "y", log=True, low=True, band=3)
     found = re.findall('points="(.*?)"', svg)
     band, *lines = [[[*map(float, p.split(","))] for p in x.split()] for x in found]
     least, most = (way(np.array(lines)[:, :, 1], axis=0) for way in (np.max, np.min))

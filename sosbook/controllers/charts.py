@@ -31,14 +31,14 @@ def key(names):
 
 
 def chart(
-    curves, label, limit=np.inf, across="time in s", log=False, low=False, band=False
+    curves, label, limit=np.inf, across="time in s", log=False, low=False, band=0
 ):
     """An inline SVG of some ``curves`` (t, values) over the time, called ``label``; a
     finite ``limit`` is drawn on either side, or said where it is far from them.
 
     ``across``: another axis than the time, in words; ``log``: its logarithm is drawn;
-    ``low``: it begins where the curves do, not at zero; ``band``: between the lowest
-    and the highest of curves at the same t is shaded.
+    ``low``: it begins where the curves do, not at zero; ``band``: of so many curves at
+    the same t what lies between the lowest and the highest is shaded.
     """
     picked = []
     for t, values in curves:
@@ -75,7 +75,7 @@ def chart(
         for y in lines
     ]
     if band:
-        t, several = picked[0][0], [values for _, values in picked]
+        t, several = picked[0][0], [values for _, values in picked[:band]]
         ends = (
             points(t, np.min(several, axis=0)),
             points(t[::-1], np.max(several, axis=0)[::-1]),

@@ -96,44 +96,58 @@ class OpenLoop:
     @cached_property
     def decibels(self):
         """(plants, k): 20 log10 |L|."""
-        return 20 * np.log10(np.maximum(abs(self.L), 1e-300))
+        return _decibels(self.L)
 
     @cached_property
     def phase(self):
         """(plants, k): of L, in degrees, as curves without jumps."""
-        angles = np.unwrap(np.angle(self.L), axis=1)
-        first = np.round((angles[:, :1] + np.pi / 2) / (2 * np.pi))
-        return np.degrees(angles - 2 * np.pi * first)
+        return _phase(self.L)
 
-    def bode(self):
-        """Inline SVG: |L| in dB and its phase over the frequency, of all plants, and
-        the band between them.
+    def bode(self, measured=None):
+        """Inline SVG: |L| in dB and its phase over the frequency, of the plants, and
+        the band between them, which is seen and not proven; ``measured``: a
+        `MeasuredResponse` of L, a curve more.
         """
-        axis = dict(across="frequency in rad/s", log=True, low=True)
-        charts = []
-        for unit, curves in (("dB", self.decibels), ("degrees", self.phase)):
-            words = f"{unit} of L at {self.at}"
-            pairs = [(self.omega, y) for y in curves]
-            charts.append(chart(pairs, words, band=True, **axis))
+        axis, charts = dict(across="frequency in rad/s", log=True, low=True), []
+        for unit, of in (("dB", _decibels), ("degrees", _phase)):
+            pairs = [(self.omega, y) for y in of(self.L)]
+            if measured is not None:
+                pairs.append((measured.omega, of(measured.H[None])[0]))
+            charts.append(chart(pairs, self._words(unit), band=len(self.L), **axis))
         return "".join(charts)
 
-    def nyquist(self):
-        """Inline SVG: L in the complex plane; what is far from zero is drawn nearer."""
+    def nyquist(self, measured=None):
+        """Inline SVG: L in the complex plane; what is far from zero is drawn nearer;
+        ``measured``: see `bode`.
+        """
         curves = []
-        for L in self.L / np.maximum(abs(self.L) / FAR, 1):
+        for L in [*self.L, *([] if measured is None else [measured.H])]:
+            L = L / np.maximum(abs(L) / FAR, 1)
             way = np.cumsum(abs(np.diff(L, prepend=L[:1])))  # in even steps of it
             L = L[np.searchsorted(way, np.linspace(0, way[-1], POINTS))]
             curves.append((L.real, L.imag))
         dot = (np.array([-1.0, -1.0]), np.array([-0.1, 0.1]))
-        return chart(
-            [*curves, dot],
-            f"Im L at {self.at}, to the size {FAR}; the mark is -1",
-            across="Re L",
-            low=True,
-        )
+        words = f"{self._words('Im')}, to the size {FAR}; the mark is -1"
+        return chart([*curves, dot], words, across="Re L", low=True)
 
-    def nichols(self):
-        """Inline SVG: |L| in dB over its phase."""
+    def nichols(self, measured=None):
+        """Inline SVG: |L| in dB over its phase; ``measured``: see `bode`."""
         curves = list(zip(self.phase, self.decibels))
-        words = f"dB of L at {self.at}"
-        return chart(curves, words, across="phase in degrees", low=True)
+        if measured is not None:
+            curves += zip(_phase(measured.H[None]), _decibels(measured.H[None]))
+        return chart(curves, self._words("dB"), across="phase in degrees", low=True)
+
+    def _words(self, unit):
+        """What a chart has, and that it proves nothing."""
+        return f"{unit} of L at {self.at}, as seen"
+
+
+def _decibels(L):
+    return 20 * np.log10(np.maximum(abs(L), 1e-300))
+
+
+def _phase(L):
+    """In degrees, as curves without jumps, of (curves, k)."""
+    angles = np.unwrap(np.angle(L), axis=1)
+    first = np.round((angles[:, :1] + np.pi / 2) / (2 * np.pi))
+    return np.degrees(angles - 2 * np.pi * first)

@@ -104,7 +104,7 @@ class StepBounds:
         from html import escape
 
         curves = [(self.curves[0], ends) for ends in self.curves[1:]]
-        return f"<pre>{escape(repr(self))}</pre>{chart(curves, self.output, band=True)}"
+        return f"<pre>{escape(repr(self))}</pre>{chart(curves, self.output, band=2)}"
 
 
 @dataclass(frozen=True, eq=False)
