@@ -198,6 +198,13 @@ def test_a_loop_that_is_unstable_has_no_bound():
         assert str(found).startswith("no bound found; inf")
     with pytest.raises(ValueError, match="no bound was proven"):
         c.bounds.largest_step(1.0)
+    found = c.bounds.step_response()  # it neither settles nor rises
+    words = repr(found)
+    assert "svg" not in found._repr_html_()
+    assert words.count("no bound found") == 7 and " s at " not in words
+    for ask, what in ((c.bounds.weights, "weights"), (c.motions.move, "motions")):
+        with pytest.raises(ValueError, match=f"{what} are of a stable loop"):
+            ask(0.05, 2.0)
 
 
 @pytest.mark.parametrize("stretch", [0, 1e-13, -1e-13])

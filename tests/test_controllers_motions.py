@@ -480,6 +480,11 @@ def test_what_cannot_be_asked_is_said(c):
         c.motions.move(1.0)
     with pytest.raises(ValueError, match="acceleration"):
         c.motions.follow(1.0, -1.0)
+    with pytest.raises(ValueError, match=r"distance = 1e\+09 .* take a shorter one"):
+        c.motions.move(1e9, 2.0)
+    for ask in (c.bounds.weights, sos.controllers.StepLimits):
+        with pytest.raises(ValueError, match="0.05 for 5 %; got 5"):
+            ask(overshoot=5)
     with pytest.raises(ValueError, match="larger jerk or a longer T"):
         Profile(1e9, 1.0, 1e-3, 1e-6)
     with pytest.raises(ValueError, match="jerk"):

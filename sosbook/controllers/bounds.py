@@ -145,6 +145,15 @@ def rounded(x, way):
     return found if arb(found) == end else float(np.nextafter(found, way))
 
 
+def stable(c, what):
+    """A ValueError, which begins with ``what`` is asked, where a loop of c isn't."""
+    if not c.radius < 1:
+        raise ValueError(
+            f"{what} are of a stable loop, and this one isn't: its spectral radius is "
+            f"{c.radius:.4g}"
+        )
+
+
 def at_rest(c, set_point):
     """The state where a ``set_point`` of c rests: a ValueError if none exactly is."""
     known_index("set_point", set_point, c.set_points)

@@ -93,16 +93,6 @@ class OpenLoop:
     def _disk(self, k):
         return float(1 / abs(self.S[k] - 0.5).max())
 
-    @cached_property
-    def decibels(self):
-        """(plants, k): 20 log10 |L|."""
-        return _decibels(self.L)
-
-    @cached_property
-    def phase(self):
-        """(plants, k): of L, in degrees, as curves without jumps."""
-        return _phase(self.L)
-
     def bode(self, measured=None):
         """Inline SVG: |L| in dB and its phase over the frequency, of the plants, and
         the band between them, which is seen and not proven; ``measured``: a
@@ -132,7 +122,7 @@ class OpenLoop:
 
     def nichols(self, measured=None):
         """Inline SVG: |L| in dB over its phase; ``measured``: see `bode`."""
-        curves = list(zip(self.phase, self.decibels))
+        curves = [*zip(_phase(self.L), _decibels(self.L))]
         if measured is not None:
             curves += zip(_phase(measured.H[None]), _decibels(measured.H[None]))
         return chart(curves, self._words("dB"), across="phase in degrees", low=True)

@@ -29,6 +29,7 @@ from ..sampled.proof import by_balls
 from ..sampled.shapes import PlantShape
 from ..sampled.timing import TimeBox
 from .bounded import plants_of
+from .bounds import stable
 from .cells import unrounded, work
 from .charts import key
 from .frequency import OpenLoop
@@ -229,8 +230,7 @@ def margins_of(c, at=0, seconds=60.0, sharp=True):
     ``sharp``: see its `margins`.
     """
     cut = Cut.at(c, at)
-    if not c.radius < 1:
-        raise ValueError("margins are of a stable loop, and this one isn't: see radius")
+    stable(c, "margins")
     names, several, loop = cut.seen
     known = {x: loop.seen(x) for x in ("low", "high", "phase", "disk")}
     late, which = _latest(c, several, loop) if sharp else (np.inf, 0)

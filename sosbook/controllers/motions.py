@@ -9,7 +9,7 @@ from ..exact.proof import Stopped, proven_within
 from ..plants.checks import finite, not_negative, positive
 from ..runtime.time_limit import checked_seconds
 from .bounded import SECONDS, Bounded
-from .bounds import rest
+from .bounds import rest, stable
 from .follow import per_unit
 from .limits import per_signal
 from .profile import Profile, fastest, quickest
@@ -231,6 +231,7 @@ class Motions:
         a limit; last that of an ``output`` with an ``error``, if one is asked for.
         """
         c, distance = self.controller, positive("distance", distance)
+        stable(c, "motions")
         limits = c.limits.u_max
         if u_max is not None:
             limits = per_signal("u_max", u_max, c.outputs)

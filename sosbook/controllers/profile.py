@@ -277,6 +277,11 @@ def quickest(units, limits, way, T, unit=""):
 
 def _of_windows(n1, n2, n3, distance, T, unit, range):
     """The `Profile` in which a ``distance`` has these windows, and this ``range``."""
+    if n1 * n2 * n3 > MOST:
+        raise ValueError(
+            f"distance = {distance:g} would take {n1 + n2 + n3} ticks, more than are "
+            "counted: take a shorter one"
+        )
     V = distance / (n1 * T)
     sizes = V, V / (n2 * T), V / (n2 * n3 * T**2)
     # a little more than what the windows need, so that they come out the same

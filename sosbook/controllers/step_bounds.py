@@ -103,8 +103,11 @@ class StepBounds:
         """The band of all plants over the time."""
         from html import escape
 
-        curves = [(self.curves[0], ends) for ends in self.curves[1:]]
-        return f"<pre>{escape(repr(self))}</pre>{chart(curves, self.output, band=2)}"
+        drawn, words = "", f"<pre>{escape(repr(self))}</pre>"
+        if np.isfinite(self.curves).all():  # of a loop that is stable
+            curves = [(self.curves[0], ends) for ends in self.curves[1:]]
+            drawn = chart(curves, self.output, band=2)
+        return words + drawn
 
 
 @dataclass(frozen=True, eq=False)
@@ -286,15 +289,17 @@ class _Numbers:
 
     @classmethod
     def seen(cls, c, d, x, row, ticks, j):
-        """Those of one plant d of a controller c, in floats."""
+        """Those of one plant d of a controller c, in floats: none of an unstable loop."""
         loop, held = c.loop(d), 0.0
         if x is None:
             left = np.eye(len(loop.F)) - loop.F
             x = np.linalg.solve(left, loop.set_point[:, [j]])
             held = (loop.H @ x)[:, 0] + loop.direct_r[:, j]
-        states = motion_of(loop, -x, ticks)
+        stays, states = loop.radius < 1, np.full((ticks + 1, len(x)), np.nan)
+        if stays:
+            states = motion_of(loop, -x, ticks)
         y = states @ row.row.astype(float)
-        found = cls(y, y, 0.0, float(row.ends), [], 1.0)
+        found = cls(y, y, 0.0 if stays else np.inf, float(row.ends), [], 1.0)
         for u in (states @ loop.H.T + held).T:
             moved = abs(np.diff(u, prepend=0.0)).max()
             found.asked.append((abs(u).max(), moved))
@@ -327,7 +332,7 @@ class _Numbers:
         """The first tick from which on the output stays in the ``band``, or None."""
         low, high = self.away
         out = np.flatnonzero(np.maximum(abs(low), abs(high)) * self.safe > band)
-        if self.tail / abs(self.end) * self.safe > band:
+        if not self.tail / abs(self.end) * self.safe <= band:
             return None
         if out.size and out[-1] == len(low) - 1:
             return None
@@ -338,7 +343,8 @@ class _Numbers:
         """Ticks from a tenth to nine tenths of the way, or None."""
         low, high = self.away
         first, last = (np.flatnonzero(x >= s - 1) for x, s in zip((high, low), RISE))
-        return int(last[0] - first[0]) if last.size else None
+        rises = last.size and np.isfinite(self.tail)
+        return int(last[0] - first[0]) if rises else None
 
 
 def motion_of(loop, x, ticks):

@@ -7,6 +7,15 @@ from ..plants.checks import positive
 ASKED = "overshoot", "settling_time", "effort"
 
 
+def share_of_step(check, overshoot):
+    """An ``overshoot`` after its ``check``; a ValueError if it is above one."""
+    if check("overshoot", overshoot) > 1:
+        raise ValueError(
+            f"overshoot is a share of the step, 0.05 for 5 %; got {overshoot!r}"
+        )
+    return overshoot
+
+
 @dataclass(frozen=True)
 class StepLimits:
     """Limits of every plant after a step of a set point from rest, at the ticks.
@@ -54,6 +63,8 @@ class StepLimits:
             raise ValueError(f"StepLimits: give one of {', '.join(ASKED)}")
         for name in (*asked, "size", "band"):
             positive(name, getattr(self, name))
+        if self.overshoot is not None:
+            share_of_step(positive, self.overshoot)
 
     @property
     def words(self) -> str:

@@ -15,9 +15,10 @@ from ..exact.rational import exact
 from ..plants.checks import not_negative, positive
 from ..sampled.balls import balls, product, solve
 from .bounded import plants_of
-from .bounds import outputs_of, rest, ticks_of
+from .bounds import outputs_of, rest, stable, ticks_of
 from .cells import Joined
 from .step_bounds import Row, motion_of
+from .step_limits import share_of_step
 
 ROUNDS = 5  # of a proof; before each next one the bounds that it missed are tighter,
 FINE = 0.002, 0.01  # by what it missed and this
@@ -31,8 +32,9 @@ def weighted(c, overshoot, effort, size, j, output, band):
 
     ``overshoot``, ``effort``, ``size``, ``output``, ``band``: as in `OutputBounds`.
     """
+    stable(c, "weights")
     positive("size", size)
-    asked = [not_negative("overshoot", overshoot), positive("band", band)]
+    asked = [share_of_step(not_negative, overshoot), positive("band", band)]
     most = (
         None if effort is None else positive("effort", effort) / positive("size", size)
     )
