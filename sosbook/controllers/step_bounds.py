@@ -289,7 +289,7 @@ class _Numbers:
 
     @classmethod
     def seen(cls, c, d, x, row, ticks, j):
-        """Those of one plant d of a controller c, in floats: none of an unstable loop."""
+        """Those of a plant d of a controller c, in floats: none of an unstable loop."""
         loop, held = c.loop(d), 0.0
         if x is None:
             left = np.eye(len(loop.F)) - loop.F
