@@ -128,7 +128,7 @@ class OpenLoop:
         return chart(curves, self._words("dB"), across="phase in degrees", low=True)
 
     def _words(self, unit):
-        """What a chart has, and that it proves nothing."""
+        """The words of a chart, which say that it proves nothing."""
         return f"{unit} of L at {self.at}, as seen"
 
 
