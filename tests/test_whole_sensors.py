@@ -135,8 +135,6 @@ def test_a_late_sensor_and_an_integral_are_those_of_the_whole():
     design = sos.design_pid(part, law=law, region=sos.PoleRegion(0.05))
     K = part.reduction.lift(design.K)
     seen = np.hstack([row, 0 * row])
-    one = np.zeros((1, 1)), np.eye(1), K[:, 12:]
-    truth = poles(whole, seen, *one, 0 * one[0])
     own = own + push @ K[:, :12]
     top = np.hstack([own, push @ K[:, 12:]])
     truth = np.linalg.eigvals(np.vstack([top, np.hstack([seen, [[0.0]]])]))
@@ -190,6 +188,10 @@ def test_rows_of_another_width_and_lost_bases_are_refused():
     again = read_plant(plant_data(part))
     with pytest.raises(ValueError, match="isn't the one that reduce"):
         again.reduction.law(sos.PIDLaw(position=np.eye(6)[[0]]))
+    for law in (sos.PIDLaw([[1, 0]]), FullState([[1, 0]])):
+        K = np.zeros((1, 1 if law.U is None else 5))
+        with pytest.raises(ValueError, match="isn't the one that reduce"):
+            sos.analyse_pid(again, K, law=law).check_on(chain())
 
 
 @pytest.mark.parametrize("asked", [dict(gamma=1e3), dict(requirements=[sos.H2(1e4)])])

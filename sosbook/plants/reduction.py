@@ -103,13 +103,6 @@ class Reduction(ReadOnly):
         """How many parts of its size a state has: z and z', or x alone."""
         return 1 + hasattr(self.whole.vertices[0], "M")
 
-    @property
-    def own(self) -> np.ndarray:
-        """Which of its coordinates are one of the whole's each, (kept,) of bool."""
-        if self.back is None:
-            raise ValueError(NO_BASIS)
-        return np.count_nonzero(self.back, axis=1) == 1
-
     def lift(self, K: np.ndarray) -> np.ndarray:
         """The gain on the whole plant's state that a gain of the part stands for.
 

@@ -7,6 +7,7 @@ import numpy as np
 from ..exact.rational import exact
 from ..laws.full_state import FullState
 from ..plants.descriptor_system import OF_TICKS, DescriptorSystem
+from ..plants.reduction import NO_BASIS
 from ..plants.second_order import SecondOrderSystem
 from ..runtime.read_only import ReadOnly
 from ..runtime.sparse import issparse
@@ -98,13 +99,16 @@ def law_on(design, whole):
         )
     if part is None:
         return law, K
+    if part.back is None:
+        raise ValueError(NO_BASIS)
     if law.whole:
         U = None if law.U is None else law.U @ part.back
         return law.of_whole or FullState(U), part.lift(K)
     if law.of_whole is None:
         seen = law.readings(plant)
         uses = np.vstack([seen.C, seen.Ca]).reshape(-1, part.halves, part.kept) != 0
-        strange = (uses & ~part.own).any(axis=(1, 2)).reshape(2, -1).any(axis=0)
+        mixed = np.count_nonzero(part.back, axis=1) > 1  # no coordinate of the whole
+        strange = (uses & mixed).any(axis=(1, 2)).reshape(2, -1).any(axis=0)
         if strange.any():
             raise ValueError(NOT_SEEN.format(seen.names[strange.argmax()]))
     return law.of_whole or law.on_part(part.back, part.halves), K
