@@ -219,3 +219,16 @@ def test_a_reason_names_a_plant_of_ranges_by_its_parameters():
     several = sos.Polytope(list(pendulums.vertices))
     refused = sos.design_pid(several, region=sos.PoleRegion(sigma=0.3))
     assert "mode of vertex 1 at" in refused.reason
+
+
+def test_the_disk_that_an_undecided_answer_proposes_decides():
+    """An H2 norm that no gain lowers so far."""
+    x = np.random.default_rng(5).standard_normal((4, 2))
+    S, B, F = x[:2] @ x[:2].T, x[2][:, None], x[3][:, None]
+    plant = sos.SecondOrderSystem(np.eye(2), 0.1 * np.eye(2), S, B, F=F)
+    asked = [sos.H2(1e-3)]
+    d = sos.design_pid(plant, requirements=asked)
+    assert d.status == "undecided" and "With a disk (rho)" in d.reason
+    disk = sos.PoleRegion(rho=50)
+    d = sos.design_pid(plant, region=disk, requirements=asked)
+    assert d.infeasibility.proven

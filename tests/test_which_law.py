@@ -151,3 +151,27 @@ def test_a_cascade_is_one_law_with_one_proof(unit, lag):
     np.testing.assert_allclose(
         np.sort_complex(found), np.sort_complex(np.linalg.eigvals(own)), atol=1e-6
     )
+
+
+def test_collocated_rates_never_put_energy_into_a_machine():
+    """A row of the table, by eigenvalues."""
+    rng, B = np.random.default_rng(9), np.array([[1, 0], [0, 2], [1, 1]])
+    brake = (None, 0)
+    law = sos.PIDLaw(velocity=B.T, structure=[[brake, 0], [0, brake]])
+
+    def machine():
+        M, S = (x @ x.T for x in rng.standard_normal((2, 3, 3)))
+        return sos.SecondOrderSystem(M + np.eye(3), np.zeros((3, 3)), S, B)
+
+    for plant in (machine() for _ in range(30)):
+        K_D, M = (
+            law.structure(plant).matrix(np.diag(-(10 ** rng.normal(size=2)))),
+            plant.M,
+        )
+        D = -B @ K_D @ B.T
+        A = np.zeros((6, 6))
+        A[:3, 3:] = np.eye(3)
+        A[3:] = -np.linalg.solve(M, np.hstack([plant.S, D]))
+        assert np.linalg.eigvals(A).real.max() < 1e-9
+    with pytest.raises(ValueError, match="outside of the law's range"):
+        sos.analyse_pid(machine(), {"K_D": [[1, 0], [0, -1]]}, law=law)

@@ -14,7 +14,7 @@ WEAK = 0.01  # relative: where a log knows less, fits begin at other places, too
 STARTS = 4  # beside the guess, and by parts of the log
 SAME = 1e-4  # of a residual's logarithm: two beginnings end in one place
 SHARES = 4  # of a log, at least, are as wide as all windows of what is fitted; of one
-HIDDEN = 2  # with friction or motion before it, whose fit hides more of the colour
+HIDDEN = 2  # with motion before it, whose fit hides more of the noise's colour
 VANISHED = 1e3  # times the guess, or its inverse
 PARTS = 8, 4, 2  # of a log, from which a fit that failed begins again
 FARTHEST = 2.0  # logarithm of a parameter over its guess, where a part ends
@@ -160,7 +160,7 @@ class Trial:
         self.weights = 1 / self.record.y.std(axis=0)
         # each fitted number takes about a window's width of what residuals say of noise
         count = len(logs) + q + (0 if self.rest else len(self.poles))
-        shares = SHARES if self.rest and not self.rubs else HIDDEN
+        shares = SHARES if self.rest else HIDDEN
         window = max(1, min(CORRELATED_SAMPLES, N // (shares * count)))
         for _ in range(3 if q > 1 else 1):
             try:

@@ -32,11 +32,13 @@ def why_refused(first):
     unknowns = "P" if request.gain is not None else "P, Y"
     unknowns = unknowns.replace("P", request.coupling.unknown_words, 1)
     reach = _proven_reach(first)
+    sized = " With a disk (rho) P and Y have a largest size, and it may be decided."
+    sized = sized if request.gain is None and request.step is None else ""
     if reach > LEAST_RADIUS:
         return (
             f"Exact multipliers exclude all {unknowns} shorter than "
             f"{_rounded_down(reach)} in the solver's coordinates; no exact proof was "
-            "found that there is none at all."
+            f"found that there is none at all.{sized}"
         )
     if first.verdict == "infeasible":
         radius = first.excluded_radius

@@ -30,6 +30,7 @@ from .orders import from_lower_orders
 from .search import search
 
 AGAIN = 3  # searches, each with the worst plants between the vertices
+MORE = 4  # times as many starts are the next that a search is worth
 STARTS = 16  # of the first search
 FEW = 3  # of the others; none where a goal's search goes on
 DIGITS = 6, 10  # of the free numbers, in the order of trial
@@ -271,9 +272,11 @@ def _undecided(request, task, loops, found, best, record, asked_doors):
     by = f"{record}, stopped by the time" if found.stopped else f"{record}"
     if not np.isfinite(found.value):
         text = f"No stable loop of finite norms was found by {by}."
+        text += f" Measure more, or take starts={MORE * record.starts}."
     else:
         text = f"Nothing that keeps all was found by {by}."
         text = f"{text} {_reached(request, task, loops, found)}".strip()
+        text += f" Ask for less, measure more, or take starts={MORE * record.starts}."
     if best is not None:
         text = f"The best gain that was found isn't proven: {best.reason} ({by}.)"
     known = best is not None and best.status == "undecided"  # no plant breaks it
