@@ -1,6 +1,7 @@
 """Checks of two logs by their fits, and by the agreement of these."""
 
 import numpy as np
+from scipy.optimize import least_squares
 
 from ..analysis import doubts
 from .experiments import STICTION_SPEED
@@ -11,7 +12,7 @@ __all__ = ["check_fit", "check_fits", "lateness", "wheel_lateness", "widened"]
 
 CONTRADICTION_LIMITS = (0.97, 1.03), (0.8, 1.25)  # beyond: a warning; a refusal
 RESIDUAL_LIMITS = 0.05, 0.25  # residual over signal, rms: a warning; a refusal
-STEP, PASSES = 1e-4, 3  # relative, for derivatives; of a delay's estimate
+LATENESS_TRIED = 3  # samples of delay that are tried, either way
 UNMODELLED = (
     "friction, a late sensor, spikes, or play in the gears, which a larger amplitude "
     "makes small"
@@ -25,6 +26,7 @@ SHEET_SHARE, WATCH_SHARE = 0.25, 0.05  # so far off may a sheet be, and a stopwa
 MOVES = 8.0  # times the later residual: dry gears alone leave five times as much
 MOST_APART = 1.25  # so far apart may both wheels' e/a be
 LEAST_WHEEL = 0.1  # of M_w r^2, a wheel's inertia; a disc has 0.5, a rim 1
+LATE_IF_BETTER_THAN = 0.8  # of the residual: so much less says that a sample is late
 PLAUSIBLE_SPEEDS = 1.0, 120.0  # rad/s, of free wheels under the whole voltage
 PLAUSIBLE_RATIOS = {  # of robots from 0.1 to 100 kg, SI units
     "e_c": (0.01, 2000.0),
@@ -223,17 +225,20 @@ def _late(subject, column, late, fit):
 def lateness(fit, log):
     """By how many samples the gyro of a log is later than a ``fit``.
 
-    To first order, of a linear body to which the gears' friction and the pendulum's
-    sine are added as the fit has them.
+    A linear body with a shifted V is fitted to the log, to which the
+    gears' friction and the pendulum's sine are added as the fit has them:
+    zero unless another shift leaves clearly less.
     """
     w = log.gyro - fit.residuals - fit["offset"]
     angle = np.cumsum(w) * log.T
-    inputs = np.array([log.V, np.tanh(w / STICTION_SPEED), angle - np.sin(angle)])
+    extra = np.tanh(w / STICTION_SPEED), angle - np.sin(angle)
 
-    def columns(f, d):
-        return respond([1.0, 0.0], [1.0, f, d], inputs, log.T)
+    def columns(V, f, d):
+        inputs = np.array([V, *extra])
+        moved = respond([1.0, 0.0], [1.0, f, d], inputs, log.T)
+        return np.vstack([moved, np.ones(len(log.t))]).T
 
-    return _late_by(fit.residuals, w, log.t, columns, fit["f_c"], fit["d_c"])
+    return _late_by(log.V, log.gyro, columns, fit["f_c"], fit["d_c"])
 
 
 def wheel_lateness(fit, y, log):
@@ -241,38 +246,47 @@ def wheel_lateness(fit, y, log):
 
     As `lateness`, of the wheel's mean speeds y between the samples of a log.
     """
-    rub = np.tanh(np.append(0.0, y - fit.residuals) / STICTION_SPEED)
+    rub, T = np.tanh(np.append(0.0, y - fit.residuals) / STICTION_SPEED), log.T
 
-    def columns(f):
-        moved = respond([1.0], [1.0, f, 0.0], np.array([log.V, rub]), log.T)
-        return np.diff(moved) / log.T
+    def columns(V, f):
+        return np.diff(respond([1.0], [1.0, f, 0.0], np.array([V, rub]), T)).T / T
 
-    now = y - fit.residuals
-    return _late_by(fit.residuals, now, log.t[1:], columns, fit["f_a"])
+    return _late_by(log.V, y, columns, fit["f_a"])
 
 
-def _late_by(r, modelled, t, columns, *numbers):
-    """By how many samples residuals r at times t are those of a late sensor, or 0,
-    beside what other ``numbers`` and gains of the ``columns`` that they make would be.
+def _late_by(V, y, columns, *start):
+    """The shift of V that leaves clearly less of y than none does, or 0.
+
+    For each that is tried the numbers that ``start`` so are fitted anew, and the
+    gains of the ``columns`` that V and they make.
     """
-    A = columns(*numbers)
-    gains = np.linalg.lstsq(A.T, modelled - modelled.mean(), rcond=None)[0]
-    slopes = [np.ones_like(r), *A]
-    for k, x in enumerate(numbers):
-        more = [*numbers]
-        more[k] = x * (1 + STEP)
-        slopes.append(gains @ (columns(*more) - A))
-    J = np.array(slopes).T
-    J /= np.linalg.norm(J, axis=0).clip(1e-300)
-    late, moved = 0.0, modelled
-    for _ in range(PASSES):
-        left = r + modelled - moved
-        more, sd = doubts.lateness(left[:, None], t, J, moved[:, None])
-        if not late and abs(more) < doubts.SURE * sd:
-            return 0
-        late += more
-        moved = np.interp(t - late, t, modelled)
-    return round(late / np.diff(t).mean())
+
+    def rms(shift):
+        moved = _moved(V, shift)
+
+        def residuals(scales):
+            numbers = np.array(start) * np.exp(np.clip(scales, -1, 1))
+            A = columns(moved, *numbers)
+            return y - A @ np.linalg.lstsq(A, y, rcond=None)[0]
+
+        fitted = least_squares(
+            residuals, np.zeros(len(start)), diff_step=1e-4, max_nfev=6
+        )
+        return float(np.sqrt(np.mean(fitted.fun**2)))
+
+    shifts = range(-LATENESS_TRIED, LATENESS_TRIED + 1)
+    residuals = {shift: rms(shift) for shift in shifts}
+    shift = min(residuals, key=residuals.get)
+    return shift if residuals[shift] < LATE_IF_BETTER_THAN * residuals[0] else 0
+
+
+def _moved(V, shift):
+    """V that comes ``shift`` samples later; zero before."""
+    V = np.roll(V, shift)
+    V[: max(shift, 0)] = 0
+    if shift < 0:
+        V[shift:] = 0
+    return V
 
 
 def widened(identified):
