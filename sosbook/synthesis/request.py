@@ -203,8 +203,7 @@ class Request(Shorthand, ReadOnly):
 
     def kept_by(self, K, some):
         """True if the loops of the vertices keep ``some`` demands under ``K``."""
-        loops = self.vertices
-        return all(r.kept(r.truth(loops, K, self.K_A)) > 0 for r in some)
+        return all(r.kept(r.truth(self.vertices, K, self.K_A)) > 0 for r in some)
 
     @cached_property
     def typical_rate(self):
@@ -260,8 +259,7 @@ class Request(Shorthand, ReadOnly):
 
     def loops(self, P, Y, number, frame, V, levels, own):
         """The loop that each requirement sees and the unknown sizes in ``own``, both by
-        the requirement's key. ``P``, ``Y``,
-        ``number``, ``frame``, ``V``, ``levels`` and ``own`` are as in `blocks`.
+        the requirement's key. ``P``, ``Y`` and all the rest are as in `blocks`.
         """
         own = dict(own)
         fixing = self.sizes.fixing
@@ -314,8 +312,7 @@ class Request(Shorthand, ReadOnly):
         ``levels`` and ``pairs`` are as there; ``sizes`` has numbers for some of the
         unknown sizes.
         """
-        unknowns = self.unknowns(levels)
-        unknowns = [u for u in unknowns if u.name not in sizes]
+        unknowns = [u for u in self.unknowns(levels) if u.name not in sizes]
         values = {u.name: u for u in unknowns} | dict(sizes)
         return self.blocks_at(values, number, frame, levels, pairs), unknowns
 
@@ -342,8 +339,7 @@ class Request(Shorthand, ReadOnly):
         else:
             K = number(self.gain)
             if frame is not None:
-                scale = number(np.array(frame.scale)).item()
-                K = K @ number(frame.T) / scale
+                K = K @ number(frame.T) / number(np.array(frame.scale)).item()
             Y = K @ of_K.T
         return self.coupling.given(P), Y, V, values
 
