@@ -258,8 +258,8 @@ class Request(Shorthand, ReadOnly):
         return table.named()
 
     def loops(self, P, Y, number, frame, V, levels, own):
-        """The loop that each requirement sees and the unknown sizes in ``own``, both by
-        the requirement's key. ``P``, ``Y`` and all the rest are as in `blocks`.
+        """The loop that each requirement sees and the unknown sizes, both by its key;
+        ``P``, ``Y``, ``number``, ``frame``, ``V``, ``levels``, ``own``: see `blocks`.
         """
         own = dict(own)
         fixing = self.sizes.fixing
