@@ -271,11 +271,6 @@ class Controller(Questions):
         """How fast all motions are proven to fall: see `proven_decay`."""
         return proven_decay(self)
 
-    @property
-    def radius(self) -> float:
-        """The largest spectral radius of the vertices' loops, in floats."""
-        return max(loop.radius for loop in self.loops)
-
     def sensitivity_peak(self) -> float:
         """The largest sampled sensitivity at the plant's input, over the vertices."""
         return max(loop.sensitivity_peak for loop in self.loops)

@@ -24,6 +24,11 @@ class Questions(ReadOnly):
     of_state: Any
     R: Any
 
+    @property
+    def radius(self) -> float:
+        """The largest spectral radius of the vertices' loops, in floats."""
+        return max(loop.radius for loop in self.loops)
+
     def certify(self, **asked: Any) -> Any:
         """Prove the sampled loop, with its memory and its delay, for every plant.
 

@@ -27,7 +27,7 @@ const below = x => {
 
 class Sensors extends Mover {
   says =
-    "A motor turns a load of {J0} to {J1} by a shaft of {k0} to {k1}. Its law sees {p1}, {p2}, {v1}, {v2} {integral}, and rates that nobody measures come from a filter of {filter}.";
+    "A motor turns {J0} to {J1} by a shaft of {k0} to {k1}. Its law sees {p1}, {p2}, {v1}, {v2} {integral}; a filter of {filter} makes other rates.";
   get horizon() { return SECONDS; }
   get still() { return 0.12; }
   get idles() { return true; }
