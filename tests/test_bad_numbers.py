@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 import sosbook as sos
 from sosbook.plants.checks import SizeError
+from sosbook.plants.measured import MeasuredResponse
 from sosbook.plants.second_order import MassWarning
 
 I = np.eye(2)
@@ -192,3 +193,20 @@ def test_other_things_in_the_place_of_objects_are_named():
         "B_w has 3 matrices, needs 1 or one",
         lambda: sos.design_observer(ONE, ROW, np.eye(4), I, C=I, B_w=three),
     )
+
+
+@pytest.mark.parametrize("wrong, words", [
+    (lambda: sos.read_wish(3, mass()), "text must be a sentence, got int"),
+    (lambda: sos.plants.filtered(mass(), [[1]], [1], [1, 2]), "output must be an O"),
+    (lambda: sos.delay.simulate_delay(mass(), [[-1, -1]], [0, 1], 0.1),
+     "d must be a Descriptor, got SecondOrderSystem"),
+    (lambda: MeasuredResponse([2, 1], np.ones((2, 1, 1))), r"\(2,\) and \(2, 1, 1\)"),
+])  # fmt: skip
+def test_what_is_of_another_kind_is_named(wrong, words):
+    with pytest.raises(ValueError, match=words):
+        wrong()
+
+
+def test_a_late_loop_is_simulated_as_the_error_says():
+    seen = sos.Loop(mass(), None, [[-1, -1]]).late(0.1).simulate([0, 1], x0=[1, 0])
+    assert abs(seen.z[0, 1]) < 1

@@ -1,6 +1,9 @@
 """Polytopes whose vertices speak for the plants between."""
 
+import json
+import math
 from dataclasses import replace
+from functools import cache
 from itertools import product
 
 import numpy as np
@@ -11,10 +14,12 @@ from scipy.optimize import nnls
 
 import sosbook as sos
 from sosbook.exact.checker import verdict
+from sosbook.exact.checker.arithmetic import Refused
 from sosbook.exact.checker.plants import corners_suffice, suffice
 from sosbook.exact.checker.text import mat
 from sosbook.lmi.text import floats
 from sosbook.plants import coupling as plants_coupling
+from sosbook.plants.as_data import plant_data
 from sosbook.plants.coupled import Coupled
 from sosbook.plants.descriptor import Descriptor, descriptors, mean_descriptor
 from sosbook.plants.hull import quotient_in_hull
@@ -337,14 +342,20 @@ CRANE = {
 SLOWLY = dict(region=sos.PoleRegion(sigma=0.1, rho=10), coupling="pairs")
 
 
-def test_a_crane_that_pairs_refuse_is_designed_by_its_corners():
+@cache
+def crane():
+    """The crane with both ranges, its design and the design's proof."""
     ranges = {"parameters": [["m", 0.1, 2], ["l", 3, 8]]}
     plants = sos.Uncertain.read(sos.SecondOrderSystem, ranges | CRANE)
+    design = sos.design_pid(plants, **SLOWLY)
+    return plants, design, design.certify()
+
+
+def test_a_crane_that_pairs_refuse_is_designed_by_its_corners():
+    plants, design, proof = crane()
     bare = sos.Polytope(plants.vertices)
     assert polytopes.vertices_suffice(plants) and not polytopes.vertices_suffice(bare)
     assert sos.design_pid(bare, **SLOWLY).status == "infeasible"
-    design = sos.design_pid(plants, **SLOWLY)
-    proof = design.certify()
     assert verdict.check(proof.text) == list(proof.claims) and proof.proven
     for plant in plants.sample(200, 3):
         (d,) = descriptors(plant)
@@ -363,3 +374,28 @@ def test_no_reader_takes_the_corners_word_where_a_change_has_two_columns(monkeyp
     monkeypatch.setattr(plants_coupling, "quotient_in_hull", lambda *_: True)
     design = sos.design_pid(plants, **SLOWLY)
     assert design.status == "feasible" and not design.certify().proven
+
+
+def test_vertices_of_a_power_are_no_corners():
+    """A cubic range whose four vertices are the crane's corners has other plants
+    between: they need the blocks of all pairs, which no proof of the crane has.
+    """
+    plants, _, proof = crane()
+    corners = [
+        (float(v.M[0, 0]), float(v.M[0, 1]), float(v.M[1, 1])) for v in plants.vertices
+    ]
+
+    def build(s):
+        weights = [math.comb(3, k) * s**k * (1 - s) ** (3 - k) for k in range(4)]
+        a, b, c = (sum(w * x for w, x in zip(weights, some)) for some in zip(*corners))
+        return sos.SecondOrderSystem(
+            [[a, b], [1, c]], np.zeros((2, 2)), [[0, 0], [0, 9.81]], [[1], [0]]
+        )
+
+    curve = sos.Uncertain(build, s=(0, 1))
+    assert all(x == y for x, y in zip(curve.vertices, plants.vertices, strict=True))
+    whole = json.loads(proof.text)
+    whole["asks"]["plant"] = plant_data(curve)
+    whole["about"] = verdict.about(verdict.asked_of(whole))
+    with pytest.raises(Refused, match="'sets' isn't what is written"):
+        verdict.check(json.dumps(whole))

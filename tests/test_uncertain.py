@@ -15,7 +15,7 @@ import scipy.sparse as sp
 from flint import fmpq
 
 import sosbook as sos
-from sosbook.exact.checker import CHECKER
+from sosbook.exact.checker import CHECKER, verdict
 from sosbook.exact.proof_file import ProofFile
 from sosbook.exact.rational import exact, rational_matrix
 from sosbook.plants.bernstein import Box
@@ -628,3 +628,25 @@ def test_pieces_are_counted():
     for bad in ({"v": 0}, {"v": 1.5}, {"q": 2}):
         with pytest.raises(ValueError, match="v must be|'q' is no parameter"):
             family(bicycle).cut(**bad)
+
+
+def by_thirds(m):
+    return sos.SecondOrderSystem([[1 + m / 3]], [[0.3]], [[2 * m]], [[1]], [[1]])
+
+
+def by_products(m):  # 3 times 0.1 is another float than 0.3
+    return sos.SecondOrderSystem([[1 + 3 * m]], [[0.3]], [[2 * m]], [[1]], [[1]])
+
+
+@pytest.mark.parametrize("build", [by_thirds, by_products])
+def test_vertices_out_of_a_family_are_proven_as_their_floats(build):
+    """A family's vertices know rationals; a list of plants is what a file can say."""
+    vertices = sos.Uncertain(build, m=(0.1, 0.7)).vertices
+    asked = dict(region=sos.PoleRegion(sigma=0.1, rho=20))
+    for plant in (vertices[0], sos.Polytope(vertices)):
+        design = sos.design_pid(plant, **asked)
+        assert verdict.check(design.certify().text)[0].endswith("is stable")
+        known = sos.analyse_pid(plant, design.K, **asked)
+        assert known.status == "feasible" and known.certify().proven
+        refused = sos.design_pid(plant, **asked, gamma=1e-9)
+        assert refused.status == "infeasible" and refused.infeasibility.proven

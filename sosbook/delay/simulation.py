@@ -6,6 +6,7 @@ import numpy as np
 from scipy.linalg import expm
 
 from ..plants.checks import matrix
+from ..plants.descriptor import Descriptor
 from ..plants.response import Response, times, vector
 from ..plants.signals import signal_parts
 from .control_signal import GAUSS_POINTS, PARABOLAS, ControlSignal
@@ -100,6 +101,11 @@ def simulate_delay(d, K, t, delay, r=None, w=None, x0=None, history=None, step=N
     >>> answer.x.round(9) + 0.0
     array([[ 1. ,  0. , -0.5]])
     """
+    if not isinstance(d, Descriptor):
+        raise ValueError(
+            f"d must be a Descriptor, got {type(d).__name__}: ask the loop of a plant, "
+            "loop.late(tau).simulate(t)"
+        )
     n, N, p = len(d.C), len(d.E), d.Bw.shape[1]
     K = matrix("K", K, (d.Bu.shape[1], N))
     t = times(t)

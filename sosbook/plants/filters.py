@@ -59,6 +59,10 @@ def filtered(
     >>> low.order, low.n
     (3, 1)
     """
+    if not isinstance(output, Output):
+        raise ValueError(
+            f"output must be an Output, such as Output(position=1), got {output!r}"
+        )
     num = _coefficients("numerator", numerator)
     den = _coefficients("denominator", denominator)
     if not den[0] or not num[0]:

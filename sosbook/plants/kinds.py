@@ -1,6 +1,7 @@
 """The plants that the design functions take, and the errors for others."""
 
 from abc import ABC, abstractmethod
+from copy import copy
 
 import numpy as np
 
@@ -46,6 +47,20 @@ def checked_plant(plant, kinds=Plant, of=None):
     *first, last = (f"{'an' if x is Uncertain else 'a'} {x.__name__}" for x in kinds)
     names = f"{', '.join(first)} or {last}" if first else last
     raise ValueError(f"plant must be {names}, got {type(plant).__name__}{cure}")
+
+
+def of_floats(plant):
+    """The ``plant``, or one of the same floats: vertices that somebody took out of a
+    family know its rationals, 1/3 say, but a list of plants is what its floats say, as
+    in its proof files.
+    """
+    known = "_rationals"
+    if plant.family is not None or not any(known in vars(v) for v in plant.vertices):
+        return plant
+    several = [copy(v) for v in plant.vertices]
+    for v in several:
+        vars(v).pop(known, None)
+    return several[0] if isinstance(plant, SecondOrderSystem) else Polytope(several)
 
 
 def every_plant(plant, scope):

@@ -47,7 +47,10 @@ class MeasuredResponse(ReadOnly):
     def __post_init__(self):
         omega, H = np.asarray(self.omega, float), np.asarray(self.H, complex)
         if omega.ndim != 1 or omega.shape != H.shape or not len(omega):
-            raise ValueError(f"omega and H must be as long, got {omega.size}, {H.size}")
+            raise ValueError(
+                "omega and H must be two lists of one length, of one sensor and one "
+                f"actuator, got the shapes {omega.shape} and {H.shape}"
+            )
         if not (
             np.isfinite(H).all() and (omega > 0).all() and np.isfinite(omega).all()
         ):

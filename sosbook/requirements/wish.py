@@ -125,6 +125,8 @@ def read_wish(
     ...
     ValueError: character 10: “flies” isn't understood. It may go on: settles every ...
     """
+    if not isinstance(text, str):
+        raise ValueError(f"text must be a sentence, got {type(text).__name__}")
     data: dict = {}
     if isinstance(plant, (str, PathLike)):
         with named(plant):

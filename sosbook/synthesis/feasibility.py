@@ -7,8 +7,9 @@ from time import monotonic
 
 import numpy as np
 
-from ..exact.definite import round_digits
+from ..exact.definite import exact, round_digits
 from ..plants.as_data import vertex_place
+from ..plants.descriptor import twins
 from ..plants.descriptor_system import DescriptorSystem
 from ..runtime.time_limit import (
     LONGEST,
@@ -201,6 +202,9 @@ def refused_alone(request, k):
     else:
         plant = plant.vertices[k]
     one = replace(request, plant=plant, requirements=asked, coupling="pairs")
+    both = one.vertices[0].map(exact), request.vertices[k].map(exact)
+    if len(set(twins(both))) > 1:  # a vertex of thirds is no plant of a file
+        return None
     case = Case(one, first=search(one))
     if case.inside:
         return None

@@ -15,7 +15,7 @@ from ..plants.checks import matrix
 from ..plants.coupling import Coupling, OneP, VerticesOnly, coupling_of
 from ..plants.descriptor import mean_descriptor, twins
 from ..plants.descriptor_system import DescriptorSystem
-from ..plants.kinds import Prepared, checked_plant
+from ..plants.kinds import Prepared, checked_plant, of_floats
 from ..requirements.blocks import BlockTable
 from ..requirements.in_steps import timed
 from ..requirements.posed import PosedLoop
@@ -68,7 +68,7 @@ class Request(Shorthand, ReadOnly):
         """Check that plant, law, gain, coupling and requirements fit."""
         if isinstance(plant, Prepared):
             plant, K_A = plant.applied(K_A)
-        plant = checked_plant(plant)
+        plant = of_floats(checked_plant(plant))
         law = law_of(U, law)
         no_requirement("U", law.U)
         plant, law = law.on(plant)
