@@ -80,10 +80,10 @@ def test_a_refusal_says_that_both_were_tried():
 
 
 def test_what_one_p_has_shown_stays_where_the_time_ends(monkeypatch):
-    def late(request, *how):
+    def late(request, *how, **more):
         if request.coupling.word == "slack":
             raise OutOfTime(end=monotonic())
-        return designed(request, *how)
+        return designed(request, *how, **more)
 
     designed = slack.designed
     monkeypatch.setattr(slack, "designed", late)
@@ -131,9 +131,9 @@ def test_a_vertex_that_refuses_alone_refuses_its_family(monkeypatch, how):
 def test_what_is_minimised_excludes_no_vertex_by_the_number_that_stands_in(
     monkeypatch, size
 ):
-    def seen(request, *how):
+    def seen(request, *how, **more):
         words.add(request.coupling.word)
-        return designed(request, *how)
+        return designed(request, *how, **more)
 
     designed, words = slack.designed, set()
     monkeypatch.setattr(slack, "designed", seen)

@@ -740,7 +740,7 @@ def test_the_ruler_takes_every_number_and_no_answer_puts_it_back(tab):
         assert seen[0] != seen[1] != seen[2] == seen[3], (key, seen)
         number(tab, key).press("Tab")
         assert number(tab, key).input_value() == seen[3]
-        assert still(ruler) == box
+        assert still(ruler) == pytest.approx(box, abs=1)  # parts of a pixel
         number(tab, key).fill("4.321")
         number(tab, key).press("Tab")
         number(tab, key).focus()

@@ -96,10 +96,6 @@ ODD = {
         table(**WHOLE, S_csv="3.0D+00;-1.D-1\r\n-.1d0;9.81D0\r\n"),
         [[3, -0.1], [-0.1, 9.81]],
     ),
-    "Fortran's entries": (
-        table(**WHOLE, S_mtx="1 1 3.D0\n2 1 4d+0\n"),
-        [[3, 4], [4, 0]],
-    ),
     "a small one of Fortran": (table(S_csv="1D-400"), "1[eD]-400 is too small"),
     "headings": (table(S_csv="S\n1"), "'?\"?S'?\"? is no number"),
     "a T beside A": (mat(**HELD), "call it dt|a state space"),
@@ -134,6 +130,10 @@ ODD = {
 }
 #: Tables of entries, which are the package's: what it says, or the S that it reads.
 LISTED = {
+    "Fortran's entries": (
+        table(**WHOLE, S_mtx="1 1 3.D0\n2 1 4d+0\n"),
+        [[3, 4], [4, 0]],
+    ),
     "a table of entries": (
         table(
             M_txt="2 0\n0 2",

@@ -288,7 +288,7 @@ def test_supports_by_penalties_are_named_and_left_out(tmp_path):
     [
         ("1,1, 1,1", r"M\.mtx, line 1: .* is neither 'node, dof"),
         ("1,1, 1,1, 1\n\n1,1, 1,1, 2", r"line 3: .* is there twice"),
-        ("1,1, 1,1, 1d5", r"line 1: '1d5' is no number"),
+        ("1,1, 1,1, 1f5", r"line 1: '1f5' is no number"),
         ("1,1, 1,-1, 1", r"line 1: .* is neither"),
         ("1 2 3 2.0", r"line 1: .* is neither"),
         ("1 1 2.0\n1,1, 1,1, 1", r"line 2: some lines have nodes"),

@@ -102,6 +102,9 @@ ROWS = {  # the last words of a row's second column, and what it says is designe
     "or where it pushes": lambda: observed(disturbance=True),
     "`reduced=True`": lambda: observed(reduced=True),
     "`PIDLaw`": lambda: sos.design_pid(CARTS, law=PID, region=SLOW),
+    "0 beside it": lambda: sos.design_pid(
+        CARTS, law=sos.PIDLaw(velocity=[[1]], structure=[[(None, 0)]])
+    ),
     "`DynamicLaw`": lambda: sos.design_pid(
         CARTS, law=sos.DynamicLaw(1, **ONE), region=sos.PoleRegion(sigma=0.1)
     ),

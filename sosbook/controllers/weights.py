@@ -72,7 +72,7 @@ def weighted(c, overshoot, effort, size, j, output, band):
         ]
         low, high, places = _shared(seen, limits)
         if low > high:
-            if not any(room) and _refuted(ends, plants, hs, j, limits, places):
+            if not any(room) and _refuted(ends, plants, hs[:below], j, limits, places):
                 at = [f"{plants[i][0]} at {k * c.T:.4g} s" for _, i, k in places]
                 raise ValueError(
                     f"no b keeps to it: b must be below {high:.4g} for {at[1]} and "
@@ -124,7 +124,7 @@ def _shared(seen, limits, late=(), first=0):
 
 def _refuted(several, plants, hs, j, limits, places):
     """True if balls prove that the two rows at these places share no b, the controllers
-    with b = 0 and 1 being ``several``.
+    with b = 0 and 1 being ``several``. The rows are ``hs``, then these times -1.
     """
     if None in places:
         return False
@@ -141,12 +141,12 @@ def _refuted(several, plants, hs, j, limits, places):
                 v = -x
                 for _ in range(tick):
                     v = product(F, v)
-                h, k = balls(hs[row][None]), row % (len(hs) // 2) - 1
+                low, k = divmod(row, len(hs))
+                h = balls(hs[k][None])
                 value = (h @ v)[0, 0]
-                if k >= 0:  # a u, with what springs ask at rest
-                    sign = 1 if row < len(hs) // 2 else -1
-                    value += (h @ x)[0, 0] + sign * arb(exact(c.D_r[k, j]))
-                values.append(value)
+                if k:  # a u, with what springs ask at rest
+                    value += (h @ x)[0, 0] + arb(exact(c.D_r[k - 1, j]))
+                values.append(-value if low else value)
             slopes.append(values[1] - values[0])
             most = arb(exact(dict(limits)[row]))
             ends.append((most - values[0]) / slopes[-1])
