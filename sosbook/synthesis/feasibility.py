@@ -216,15 +216,21 @@ def refused_alone(request, k):
     return replace(found, request=request, frame=None, multipliers=None, reason=text)
 
 
+def weights(first):
+    """How much the multipliers of ``first`` weigh on each pair of vertices."""
+    found = Counter()
+    for name, Z in zip(first.problem.text.expressions, first.multipliers):
+        if name.vertices:
+            found[name.vertices[0], name.vertices[-1]] += np.trace(Z)
+    return found
+
+
 def _by_a_vertex(case):
     """Refuse a ``case`` by the vertex on which its search's multipliers weigh most."""
-    weights, first = Counter(), case.first
-    for name, Z in zip(first.problem.text.expressions, first.multipliers):
-        if len(set(name.vertices)) == 1:
-            weights[name.vertices[0]] += np.trace(Z)
-    if not weights:  # of a few pairs of two plants each
+    alone = {i: x for (i, j), x in weights(case.first).items() if i == j}
+    if not alone:  # of a few pairs of two plants each
         return None
-    found = refused_alone(case.request, max(weights, key=weights.get))
+    found = refused_alone(case.request, max(alone, key=alone.get))
     return found and case.left(found.reason, "infeasible", found.infeasibility)
 
 

@@ -1,6 +1,5 @@
 """The scalar of the slack LMIs: its line search."""
 
-from collections import Counter
 from dataclasses import replace
 from functools import partial
 
@@ -16,7 +15,7 @@ from ..runtime.time_limit import (
     time_left,
     time_limit,
 )
-from .feasibility import answer, follow, guarded, refused_alone, search
+from .feasibility import answer, follow, guarded, refused_alone, search, weights
 from .objectives import WORTH, Unattained, at_optimum, optimum, value
 from .scaled_lmis import ScaledLMIs
 from .scaling import Frame
@@ -137,13 +136,9 @@ def _heaviest(first):
     """The pairs of vertices on which the multipliers of ``first`` weigh most."""
     if first is None or first.multipliers is None:
         return ()
-    weights = Counter()
-    for name, Z in zip(first.problem.text.expressions, first.multipliers):
-        if name.vertices:
-            i, j = name.vertices[0], name.vertices[-1]
-            weights[i, j] += np.trace(Z)
-    least = LIGHT * max(weights.values())
-    return tuple(pair for pair, weight in weights.items() if weight >= least)
+    found = weights(first)
+    least = LIGHT * max(found.values())
+    return tuple(pair for pair, weight in found.items() if weight >= least)
 
 
 def _looked_for(request, work):
