@@ -144,6 +144,49 @@ def test_a_late_sensor_and_an_integral_are_those_of_the_whole():
     assert proof.proven == (truth.real.max() < -0.05)
 
 
+def late_laws(row, lag):
+    """From a name to a law with a late acceleration, its K, and its outputs A to D from
+    the readings: the place and the late one.
+    """
+    two = sos.Output(position=row) & sos.Output(acceleration=row + 0.1)
+    none = np.zeros((0, 0)), np.zeros((0, 2)), np.zeros((1, 0))
+    pid = sos.PIDLaw(sensors=two, lag=lag, integrate=[[1, 0]])
+    gains = [[-0.3, -0.05, -0.01]]
+    yield pid, gains, (np.zeros((1, 1)), np.eye(1, 2), [[-0.01]], [[-0.3, -0.05]])
+    yield sos.PIDLaw(sensors=two, lag=lag), [[-0.3, 0.02]], (*none, [[-0.3, 0.02]])
+    free = sos.DynamicLaw(1, sensors=two, lag=lag, strictly_proper=False)
+    parts = dict(A_c=[[-3.0]], B_c=[[1.0, 0.5]], C_c=[[-0.2]], D_c=[[-0.1, 0.03]])
+    yield free, parts, (*map(np.array, parts.values()),)
+
+
+@pytest.mark.parametrize("which, unit", [(0, 0.3), (1, 9.81), (2, 0.3)])
+def test_late_sensors_of_a_sparse_whole_are_states(which, unit, monkeypatch):
+    """lag y' = [z5, z''] - y with z'' by the plant's own matrices."""
+    dense, row, lag = chain(unit=unit), np.eye(6)[[4]], 0.2
+    monkeypatch.setattr(sparse, "MOST_DENSE", 5)
+    M = dense.M + unit * (np.eye(6, k=1) + np.eye(6, k=-1)) / 5
+    matrices = M, 0.05 * dense.D, dense.S
+    whole = sos.SecondOrderSystem(*map(sp.csc_array, matrices), dense.B)
+    monkeypatch.undo()
+    own, push = by_hand(sos.SecondOrderSystem(*matrices, dense.B))
+    law, K, (A, B, C, D) = list(late_laws(row, lag))[which]
+    A, B, C, D = (np.atleast_2d(x).astype(float) for x in (A, B, C, D))
+    part = whole.reduce(modes=3)
+    design = sos.analyse_pid(part, K, law=part.reduction.law(law))
+    now, then = np.hstack([row, 0 * row]), np.hstack([0 * row, row + 0.1])
+    top = np.hstack([own + push @ D[:, :1] @ now, push @ C, push @ D[:, 1:]])
+    own_states = np.hstack([B[:, :1] @ now, A, B[:, 1:]])
+    late = (then @ top - np.eye(1, top.shape[1], top.shape[1] - 1)) / lag
+    truth = np.linalg.eigvals(np.vstack([top, own_states, late]))
+    found = design.check_on(whole)
+    assert found.of == len(truth)
+    assert found.pole.real == pytest.approx(truth.real.max(), rel=1e-6)
+    assert found.kept == (truth.real.max() < 0)
+    for s in found.poles:
+        assert abs(truth - s).min() < 1e-7 * abs(s)
+    assert not design.certify(on=whole).proven
+
+
 def test_a_place_that_the_part_keeps_needs_no_other_law():
     whole = chain()
     law = sos.PIDLaw(position=[[0, 1, 0]], filter=0.1)

@@ -81,8 +81,7 @@ def law_on(design, whole):
         raise ValueError("a design with K_A isn't looked at on another plant")
     (law, K), plant = design.its_law(), request.plant
     K = design._gain() if law.whole else K
-    known = getattr(plant, "sensed", None)
-    plant, part = known.bare if known else plant, plant.reduction
+    plant = _bare(plant)
     part = plant.reduction
     kind = DescriptorSystem if isinstance(plant, DescriptorSystem) else None
     if not isinstance(whole, kind or SecondOrderSystem):
@@ -112,6 +111,12 @@ def law_on(design, whole):
         if strange.any():
             raise ValueError(NOT_SEEN.format(seen.names[strange.argmax()]))
     return law.of_whole or law.on_part(part.back, part.halves), K
+
+
+def _bare(plant):
+    """A ``plant`` without the sensors that were joined to it."""
+    known = getattr(plant, "sensed", None)
+    return known.bare if known else plant
 
 
 def found_on(design, whole):
@@ -148,7 +153,7 @@ def _plants(whole):
 
 def _found(design, whole):
     design._of_time("check_on")
-    search = _Search(design, pencil_on(*law_on(design, whole), whole))
+    search = _Search(design, _pencil(design, whole))
     search.run()
     if not search.refined:
         raise ArithmeticError("no pole of the whole could be refined")
@@ -276,16 +281,22 @@ def _among(poles, s):
     return any(abs(s - x) <= SAME * abs(x) for x in poles)
 
 
-def pencil_on(law, K, whole):
-    """The `Pencil` of the loop of a ``law`` with its ``K`` and the ``whole`` plant."""
+def _pencil(design, whole):
+    """The `Pencil` of the loop of a ``design``'s law and gain with the ``whole``."""
     from ..analysis.large import Pencil
 
+    law, K = law_on(design, whole)
     if law.whole:
         a = 0 if law.U is None else len(law.U)
         K, C = np.split(K, [K.shape[1] - a], axis=1)
         A, G = np.zeros((a, a)), np.zeros((a, K.shape[1]))
         if a:
             G[:, : whole.n] = law.U
+    elif isinstance(whole, SecondOrderSystem) and issparse(whole.M):
+        of_part, K = design.its_law()
+        few = of_part.parts(_bare(design.request.plant)).controller(exact(K))
+        few = (x.astype(float) for x in few)
+        K, A, G, C = _on_sparse(whole, law.readings(whole), law.lag, *few)
     else:
         whole, law = law.on(whole)
         parts = law.parts(whole)
@@ -298,6 +309,28 @@ def pencil_on(law, K, whole):
         K, G = (np.hstack([x, 0.0 * x]) for x in (K, G))
         return Pencil(none, d.E, -d.A, d.Bu, K, A, G, C)
     return Pencil(whole.M, whole.D, whole.S, whole.B, K, A, G, C)
+
+
+def _on_sparse(whole, seen, lag, A, B, C, D):
+    """K, A, G and C of a `Pencil` of the controller x_c' = A x_c + B y, u = C x_c + D y
+    on a sparse ``whole`` that ``seen`` reads: late readings are states of it, with z''
+    of the plant's equation in the place of an acceleration.
+    """
+    from scipy.sparse.linalg import splu
+
+    late, n = seen.late, whole.n
+    K, G = (x[:, ~late] @ seen.C[~late] for x in (D, B))
+    if not late.any():
+        return K, A, G, C
+    rates, forces = np.split(seen.Ca[late], [n], axis=1)
+    shares = splu(whole.M.T.tocsc()).solve(forces.T).T
+    rows = seen.C[late] - np.hstack([shares @ whole.S, shares @ whole.D - rates])
+    push = seen.Du[late] + shares @ whole.B
+    one = np.eye(len(push))
+    A = np.block([[A, B[:, late]], [push @ C, push @ D[:, late] - one]])
+    G, C = np.vstack([G, rows + push @ K]), np.hstack([C, D[:, late]])
+    scale = np.r_[np.ones(len(A) - len(push)), np.full(len(push), 1 / lag)][:, None]
+    return K, scale * A, scale * G, C
 
 
 def _outside(form, poles, doubts=0.0):
