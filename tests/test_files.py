@@ -88,6 +88,7 @@ MATRIX_READERS = {
             "read_npz": "npz",
             "read_sparse": "npz",
             "read_mtx": "mtx",
+            "read_harwell": "rsa",
             "read_mat": "mat",
             "read_op4": "op4",
             "read_punch": "pch",
@@ -100,7 +101,7 @@ MATRIX_READERS = {
 READERS = {
     "plants.files.load_plant": [
         *((ending, load_plant) for ending in ("json", "toml", "npz", "mat", "op4")),
-        *((ending, in_folder(ending)) for ending in ("csv", "npy", "mtx", "npz")),
+        *((ending, in_folder(ending)) for ending in ("csv", "npy", "mtx", "npz", "rb")),
     ],
     "plants.files.plant_and_asked": [("json", plant_and_asked)],
     "plants.measured.MeasuredResponse.read": [("csv", MeasuredResponse.read)],

@@ -21,6 +21,7 @@ from sosbook.plants import DescriptorSystem, load_plant
 from sosbook.runtime import matrix_files, reading
 from tests.cases import campaign, seeds
 from tests.op4_files import binary_op4
+from tests.test_benchmark_files import harwell
 from tests.test_punch import model
 
 ONE = np.eye(4)
@@ -479,7 +480,8 @@ def test_the_lines_of_the_manual_run(tmp_path, monkeypatch):
     massless = given | {"M": np.diag([1.0, 0, 1, 0]), "C": np.zeros((4, 4))}
     own = {"M": given["M"], "Daa": given["C"], "Kaa": given["K"], "B": B}
     A = np.block([[np.zeros((4, 4)), ONE], [-given["K"], -given["C"]]])
-    for folder in ("sparse", "market", "abaqus", "penalties", "calculix", "entries"):
+    folders = "sparse market abaqus penalties calculix entries harwell gyro"
+    for folder in folders.split():
         (tmp_path / folder).mkdir()
     for name, x in {
         "plant": given,
@@ -488,6 +490,7 @@ def test_the_lines_of_the_manual_run(tmp_path, monkeypatch):
         "dslin": {"ABCD": np.block([[A, np.vstack([0 * B, B])]]), "nx": 8},
         "massless": massless,
         "own": own,
+        "circuit": {"E": np.diag([1.0, 2, 0]), "A": -np.eye(3), "B": np.ones((3, 1))},
     }.items():
         scipy.io.savemat(tmp_path / f"{name}.mat", x)
     npz(tmp_path, given)
@@ -504,10 +507,18 @@ def test_the_lines_of_the_manual_run(tmp_path, monkeypatch):
     for name, x in given.items():
         text = "row,column,value\n" + coordinates(x, ",")
         (tmp_path / "entries" / f"{name}.csv").write_text(text, "utf-8")
+    for name in "MK":
+        text = harwell(scipy.sparse.csc_array(given[name]))
+        (tmp_path / "harwell" / f"{name}.rsa").write_text(text, "utf-8")
+    for name, x in given.items():
+        scipy.io.mmwrite(tmp_path / "x.mtx", x)
+        as_E = name.replace("C", "E")
+        (tmp_path / "x.mtx").rename(tmp_path / "gyro" / f"gyro.{as_E}")
     elements(tmp_path / "penalties", K=given["K"] + np.diag([0, 1e36, 0, 1e36]))
     import sympy  # takes two seconds
 
     names = {"load_plant": load_plant, "np": np, "sos": sosbook, "sympy": sympy}
+    names |= dict(w=np.arange(1, 4), zeta=0.01, Phi=np.ones((4, 3)), B=B)
     names["system"] = control.ss(A, np.vstack([0 * B, B]), np.eye(8)[:1], 0)
     orders, page = [], MANUAL.read_text("utf-8")
     lines = re.findall(r"\| `((?:load_plant|sos\.).*)` \|$", page, re.M)
@@ -519,7 +530,7 @@ def test_the_lines_of_the_manual_run(tmp_path, monkeypatch):
             if ".h5" not in line:  # `test_hdf5_is_read`
                 plant = eval(line, names)
                 orders.append(getattr(plant, "order", plant.n))
-    assert orders == [*[4] * 10, 2, 2, *[4] * 3, 8, 2]
+    assert orders == [*[4] * 10, 2, 2, *[4] * 5, 2, 3, 8, 2]
 
 
 def blocks_of_the_manual():

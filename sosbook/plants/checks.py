@@ -19,6 +19,10 @@ HYSTERETIC = (
     "it has all of them: sosbook.Polytope([sosbook.SecondOrderSystem(M, D + S.imag / "
     "omega, S.real, B) for omega in (low, high)])"
 )
+REAL_FORM = (
+    "; of a complex x give each matrix X as np.block([[X.real, -X.imag], [X.imag, "
+    "X.real]]), which has the real parts first"
+)
 
 # of coordinates: what the package calls by itself, and what it makes of a name
 OWN = re.compile(r"u\d*|xc\d+")
@@ -188,7 +192,7 @@ def _floats(name, value, what="must be a real matrix"):
             raise TypeError("its rows have different lengths")
         raw = np.asarray(value)
         if raw.dtype.kind == "c":
-            raise TypeError(f"it has complex entries{HYSTERETIC * (name == 'S')}")
+            raise TypeError(f"it has complex entries{_real_form(name, raw)}")
         if raw.dtype.kind in "US" or _holds(raw, (str, bytes)):
             raise TypeError("it holds text; write numbers without quotes")
         if raw.dtype.kind == "b" or _holds(raw, bool) or _says_true(value):
@@ -207,6 +211,14 @@ def _says_true(value):
     if isinstance(value, (list, tuple)):
         return any(map(_says_true, value))
     return isinstance(value, (bool, np.bool_))
+
+
+def _real_form(name, raw):
+    """The cure where a ``raw`` matrix of this ``name`` is complex, in words."""
+    square = raw.ndim == 2 and len(set(raw.shape)) == 1
+    if name == "S" and not (square and np.array_equal(raw, raw.conj().T)):
+        return HYSTERETIC
+    return REAL_FORM if square and name in "MDSA" else ""
 
 
 def _ragged(rows):

@@ -128,7 +128,7 @@ def _without(given, there, names, tolerance):
     rows, (columns, gone) = kept(L)[0], kept(N)
     S, *pushes = (exact(given[x]) for x in "SBF")
     right = np.hstack([S[:, columns], *pushes])
-    parts = _schur(S @ N, right, L, rows, len(columns))
+    parts = schur(S @ N, right, L, rows, len(columns))
     if parts is None:
         raise _singular(given, gone)
     ends = len(columns), len(columns) + given["B"].shape[1]
@@ -193,7 +193,7 @@ def _in_part(given, there, names, tolerance):
         k = len(near)
         units = exact(np.eye(count))[:, k:]
         right = np.hstack([local[:, :k], *pushes])
-        parts = _schur(local[:, k:], right, units, np.arange(k), k)
+        parts = schur(local[:, k:], right, units, np.arange(k), k)
         if parts is None:
             raise _singular(given, gone)
         new, B_near, F_near = np.split(parts, (k, k + B.shape[1]), axis=1)
@@ -228,9 +228,10 @@ def _by_floats(given, gone, near, tolerance):
     return np.split(parts, (k, k + B.shape[1]), axis=1)
 
 
-def _schur(left, right, L, k, square):
-    """right_k - left_k (L' left)^-1 L' right, to the float, or None; the first columns,
-    as many as ``square``, are S, which stays symmetric.
+def schur(left, right, L, k, square):
+    """right_k - left_k (L' left)^-1 L' right in the rows ``k`` of ``left`` and
+    ``right``, to the float, or None; the first columns, as many as ``square``, are S,
+    which stays symmetric.
     """
     sizes = abs(right).max(axis=0).astype(float)
     sizes[:square] = sizes[:square].max()

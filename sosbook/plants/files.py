@@ -5,6 +5,7 @@ from dataclasses import fields
 from os import PathLike
 
 from ..runtime.matrix_files import (
+    read_harwell,
     read_mat,
     read_mtx,
     read_npy,
@@ -13,16 +14,16 @@ from ..runtime.matrix_files import (
     read_punch,
     read_sparse,
 )
-from ..runtime.reading import named, path_of, read_data
+from ..runtime.reading import named, path_of, read_bytes, read_data
 from ..runtime.saying import warn_outside
 from ..runtime.tables import read_csv, read_dofs, read_entries
-from .as_data import NAMES, plant_of
+from .as_data import ALIASES, NAMES, plant_of
 from .descriptor_system import DescriptorSystem
-from .matrix_names import ENDS, chosen_names, listed_names
+from .matrix_names import ENDS, HARWELL, LETTERS, chosen_names, listed_names
 from .second_order import Polytope, SecondOrderSystem
 from .state_space import STEPS, plant_of_state_space
 from .structure import Beside, matrix_of, structure_of
-from .suspicions import half_fault, suspicion
+from .suspicions import half_fault, idle_inputs, suspicion
 from .uncertain import Uncertain
 
 IN_WORDS = ".json", ".toml"
@@ -31,9 +32,12 @@ READERS = {
     ".npz": read_npz,
     ".mat": read_mat,
     ".h5": read_mat,
+    ".hdf5": read_mat,
     ".op4": read_op4,
     ".pch": read_punch,
 }
+MARKET = b"%%MatrixMarket"
+LETTERS_OF_FILES = (*NAMES, *LETTERS, *ALIASES.values())
 CALCULIX = {".sti": "K", ".mas": "M"}  # by the endings of its files
 HINTS = dict.fromkeys((*CALCULIX, ".dof"), "; put .sti, .mas and .dof into a folder")
 
@@ -57,7 +61,9 @@ def load_plant(
         one of these in a line, or row, column and value below a line of these three
         words; ``#`` begins a comment), or ``M.mtx`` and so on (Matrix Market, or
         Abaqus's lines "node, dof, node, dof, value" or "row column value"), ``M.npy``,
-        or ``M.npz`` (scipy.sparse.save_npz), or CalculiX's ``.sti``, ``.mas`` and
+        or ``M.npz`` (scipy.sparse.save_npz), or ``M.rsa``, ``.rua``, ``.rb``, ``.hb``
+        (Harwell-Boeing, as Ansys's HBMAT writes it), or ``any.M`` (Matrix Market), or
+        CalculiX's ``.sti``, ``.mas`` and
         ``.dof`` of a job. Or one file that holds them all under
         these names: ``.npz``, ``.mat``, ``.h5`` (that and MATLAB 7.3 by h5py),
         ``.op4`` (Nastran's OUTPUT4, ASCII or binary), ``.pch`` (its punch file of
@@ -77,7 +83,8 @@ def load_plant(
         Displacements that are held at zero, from 0: their rows and columns are left
         out. For supports that a program writes as penalties.
     condensed : bool, optional
-        Whether `condense` solves for the displacements without mass and damping.
+        Whether `condense` solves for the displacements without mass and damping, or
+        the states of a state space that have no derivative are solved for as exactly.
     push : sequence of str or int, optional
         B, which no program of finite elements writes: for each actuator the
         displacement that it pushes, "103.2" for node 103 and direction 2 where the
@@ -172,19 +179,25 @@ def _read(path, names, beside=PLAIN):
     matrices = {n: there[own] for n, own in chosen.items()}
     with named(path):
         if {"A", "ABCD"} & matrices.keys():
-            if beside:
+            if beside and beside != Beside(condensed=True):
                 raise ValueError(
-                    "there is A: without, condensed, push and rayleigh are for M, D, S"
+                    "there is A: without, push and rayleigh are for M, D, S"
                 )
             for name in matrices.keys() - {*STEPS}:
                 matrices[name] = matrix_of(name, matrices[name])
-            plant = plant_of_state_space(path, matrices, asked="A" in names)
+            plant = plant_of_state_space(
+                path, matrices, asked="A" in names, condensed=beside.condensed
+            )
             odd = ""
         else:
             plant = structure_of(matrices, chosen, beside, left)
             odd = suspicion({name: getattr(plant, name) for name in "MDSBF"})
+    (first, *_) = plant.vertices
+    idle = idle_inputs(getattr(first, "B", getattr(first, "Bu", None)))
     unread = f"left out: {listed_names(left)}" if left else ""
-    return plant, None, "; ".join(filter(None, (odd, unread)))
+    if {"G", "g"} & {x.rpartition(".")[2] for x in left}:
+        unread += "; if G is gyroscopic, add it to D"
+    return plant, None, "; ".join(filter(None, (odd, idle, unread)))
 
 
 def _of_words(place):
@@ -246,9 +259,17 @@ def _folder(path):
     """The files of matrices in a folder, by name."""
     there = {}
     for file in sorted(path.iterdir()):
-        if file.suffix in ENDS:
-            name = CALCULIX.get(file.suffix, file.stem)
-            there.setdefault(name, []).append(file)
+        if file.suffix.lower() in ENDS:
+            name = CALCULIX.get(file.suffix.lower(), file.stem)
+        elif (
+            file.suffix[1:] in LETTERS_OF_FILES
+            and file.is_file()
+            and read_bytes(file).startswith(MARKET)
+        ):
+            name = file.suffix[1:]  # gyro.M beside gyro.K
+        else:
+            continue
+        there.setdefault(name, []).append(file)
     return there
 
 
@@ -258,14 +279,15 @@ def _matrix(path, own, files):
         twice = ", ".join(file.name for file in files)
         raise ValueError(f"{path}: {own} is there twice: {twice}")
     (file,) = files
-    if file.suffix in CALCULIX:
+    kind = file.suffix.lower()
+    if kind in CALCULIX:
         dofs = file.with_suffix(".dof")
         if not dofs.exists():
             raise FileNotFoundError(f"{dofs} is missing: it names the rows of {file}")
         return read_entries(file, read_dofs(dofs))
-    if file.suffix == ".mtx":
+    if kind == ".mtx":
         entries = read_entries(file)
         return read_mtx(file) if entries is None else entries
-    if file.suffix in (".csv", ".txt"):
-        return read_csv(file)
-    return {".npy": read_npy, ".npz": read_sparse}[file.suffix](file)
+    readers = {".npy": read_npy, ".npz": read_sparse, ".csv": read_csv}
+    readers |= {".txt": read_csv} | dict.fromkeys(HARWELL, read_harwell)
+    return readers.get(kind, read_mtx)(file)

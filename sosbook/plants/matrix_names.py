@@ -3,9 +3,12 @@
 from .as_data import ALIASES, NAMES, OPTIONAL
 from .state_space import BLOCK, LETTERS, STEPS
 
-ENDS = ".csv", ".txt", ".mtx", ".npy", ".npz", ".sti", ".mas"
+HARWELL = ".hb", ".rb", ".rsa", ".rua", ".rza"
+ENDS = ".csv", ".txt", ".mtx", ".npy", ".npz", ".sti", ".mas", *HARWELL
+PACKED = ".gz", ".bz2", ".xz", ".zip", ".tar", ".tgz"
 STRUCTURE = "M", "S"  # what a program of finite elements always has
 INITIALS = {"M": "M", "S": "KS", "D": "DC", "B": "B"}  # of names of one's own
+DAMPING = "E"  # in benchmarks of reduction, beside M and K
 
 
 def chosen_names(place, there, names, made):
@@ -31,11 +34,12 @@ def chosen_names(place, there, names, made):
             f"{place}: beside K, is C or D the damping? Pass names={{'D': 'C'}} or "
             "names={'D': 'D'}"
         )
+    sure = [*chosen]  # C may be no damping: its size tells
     for name, alias in ALIASES.items():
         if name not in chosen and alias in letters:
             chosen[name] = letters[alias]
     _refuse_small_letters(place, there, chosen)
-    if twice := [n for n in made if n in chosen]:
+    if twice := [n for n in made if n in sure]:
         raise ValueError(f"{place}: {twice[0]} is there: leave {made[twice[0]]} out")
     if all(name in chosen for name in STRUCTURE):
         return chosen  # what else is missing the structure says, which knows its rows
@@ -45,7 +49,7 @@ def chosen_names(place, there, names, made):
         first = next(n for n in STRUCTURE if n not in chosen)
         *some, last = (f"{first}{end}" for end in ENDS[:5])
         raise FileNotFoundError(
-            f"{place}: {', '.join(some)} or {last} is missing; {cure}"
+            f"{place}: {', '.join(some)} or {last} is missing; {cure}{_unread(place)}"
         )
     raise ValueError(f"{place}: {', '.join(missing)} is missing; {cure}")
 
@@ -72,6 +76,15 @@ def _letters(place, there):
     return found[within], within
 
 
+def _unread(place):
+    """The files in a folder at a ``place`` that aren't read, in words."""
+    other = [x.name for x in sorted(place.iterdir()) if x.suffix.lower() not in ENDS]
+    if not other:
+        return ""
+    packed = any(x.endswith(PACKED) for x in other)
+    return f"; not read: {listed_names(other)}" + ", which are packed" * packed
+
+
 def _cure_of(missing, there, chosen):
     """The cure for missing matrices, where others are there."""
     strange = [(n, what) for n, what in there.items() if what and isinstance(what, str)]
@@ -88,7 +101,9 @@ def cure_by_name(missing, spare):
     """
     own = {}
     for name in missing:
-        like = [x for x in spare if x.rpartition(".")[2][:1].upper() in INITIALS[name]]
+        ends = [(x, x.rpartition(".")[2]) for x in spare]
+        like = [x for x, end in ends if name == "D" and end == DAMPING]
+        like = like or [x for x, end in ends if end[:1].upper() in INITIALS[name]]
         if len(like) == 1 or (spare and name in STRUCTURE):
             own[name] = like[0] if len(like) == 1 else "..."
     if not own:

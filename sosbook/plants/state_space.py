@@ -2,8 +2,12 @@
 
 import numpy as np
 
+from ..exact.rational import exact
 from ..runtime.saying import warn_outside
-from .descriptor_system import DescriptorSystem
+from .checks import rank_deficient
+from .condensing import schur
+from .descriptor_system import NO_RATE, DescriptorSystem
+from .massless import kept, massless_directions
 from .second_order import SecondOrderSystem
 
 LETTERS = "E", "A", "B", "B_w", "C", "D"
@@ -11,9 +15,10 @@ STEPS = "dt", "Ts", "T"  # what programs call the time between two samples
 BLOCK = "ABCD", "nx"  # as Modelica writes a state space, and its number of states
 
 
-def plant_of_state_space(where, given, asked):
+def plant_of_state_space(where, given, asked, condensed=False):
     """The plant of ``given`` A and others; of second order where it can be. ``asked``:
-    whether what errors call ``where`` is known to be a state space.
+    whether what errors call ``where`` is known to be a state space; ``condensed``:
+    whether states without a derivative are solved for.
     """
     dt = _step(given)
     if "ABCD" in given:
@@ -23,7 +28,12 @@ def plant_of_state_space(where, given, asked):
     if D_u is not None and not D_u.any():
         D_u = None
     E = np.eye(len(A)) if E is None else E
-    system = DescriptorSystem(E, A, B, B_w, C, D_u, dt=dt)
+    given = E, A, B, B_w, C, D_u
+    try:
+        system = DescriptorSystem(*(_solved(*given) if condensed else given), dt=dt)
+    except ValueError as error:
+        cure = NO_RATE in str(error) and not condensed and _follow(E, A)
+        raise ValueError(f"{error}{'; or pass condensed=True' * cure}") from None
     alike = len({np.shape(x) for x in (A, B, C)}) == 1 and len(A) > 1
     if alike and not asked and (system.C != np.eye(len(A))).any():
         raise ValueError(
@@ -39,6 +49,40 @@ def plant_of_state_space(where, given, asked):
             "design_observer takes another as C="
         )
     return plant
+
+
+def _follow(E, A):
+    """True if the states without a derivative follow the others at once."""
+    N, L = (np.array(x, float) for x in massless_directions(E, 0 * E))
+    return N.size > 0 and N.shape == L.shape and not rank_deficient(L.T @ A @ N)
+
+
+def _solved(E, A, B, B_w, C, D_u):
+    """The arguments of a `DescriptorSystem` without the states that E x' doesn't have,
+    which are solved for exactly, as `condense` does.
+    """
+    N, L = massless_directions(E, 0 * E)
+    if not N.size:
+        return E, A, B, B_w, C, D_u
+    n = len(A)
+    B, B_w = (np.zeros((n, 0)) if x is None else x for x in (B, B_w))
+    C = np.eye(n) if C is None else C
+    D_u = np.zeros((len(C), B.shape[1])) if D_u is None else D_u
+    none = np.zeros((len(C), B_w.shape[1]))
+    rows, columns = kept(L)[0], kept(N)[0]
+    whole = exact(np.block([[A, B, B_w], [C, D_u, none]]))
+    high = np.vstack([L, exact(np.zeros((len(C), L.shape[1])))])
+    right = np.hstack([whole[:, columns], whole[:, n:]])
+    places = [*rows, *range(n, n + len(C))]
+    parts = schur(whole[:, :n] @ N, right, high, places, len(columns))
+    if parts is None:
+        raise ValueError("the states that E x' doesn't have don't follow the others")
+    r, k, m = len(rows), len(columns), B.shape[1]
+    (A, B, B_w), (C, D_u, D_w) = (
+        np.split(x, [k, k + m], axis=1) for x in np.split(parts, [r])
+    )
+    D_u, D_w = (x if x.any() else None for x in (D_u, D_w))
+    return E[np.ix_(rows, columns)], A, B, B_w, C, D_u, D_w
 
 
 def _step(given):

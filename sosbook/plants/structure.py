@@ -51,9 +51,10 @@ class Beside:
         return bool(len(self.without) or self.condensed or self.made)
 
 
-def structure_of(matrices, chosen, beside, spare=()):
+def structure_of(matrices, chosen, beside, spare):
     """The plant of ``matrices`` M, D, S, B and perhaps F, some may be `Entries`,
-    ``chosen`` by name, and of what is said ``beside`` them; others are ``spare``.
+    ``chosen`` by name, and of what is said ``beside`` them; others are ``spare``, a
+    list that gets a C which is no damping.
     """
     dofs = _assemble(matrices)
     if missing := [x for x in "DB" if x not in (*matrices, *beside.made)]:
@@ -63,20 +64,26 @@ def structure_of(matrices, chosen, beside, spare=()):
         )
     matrices = {name: matrix_of(name, x, name in "MDS") for name, x in matrices.items()}
     n, without = matrices["M"].shape[0], beside.without
+    _check_turned(matrices, n)
     if beside.rayleigh is not None:
+        if "D" in matrices and matrices["D"].shape == (n, n):
+            raise ValueError(f"{chosen['D']} is there: leave rayleigh out")
+        spare += [chosen["D"]] if "D" in matrices else []
         a, b = beside.rayleigh
         matrices["D"] = a * matrices["M"] + b * matrices["S"]
     if len(beside.push):
         matrices["B"] = _pushed(beside.push, n, dofs)
     for name, alias in ALIASES.items():
-        if chosen.get(name) in (alias, alias.lower()) and matrices[name].shape != (
-            n,
-            n,
-        ):
+        own = chosen.get(name, "").rpartition(".")[2]
+        if name == "D" and beside.rayleigh is not None:
+            continue
+        if own in (alias, alias.lower()) and matrices[name].shape != (n, n):
             size = " x ".join(map(str, matrices[name].shape))
             raise ValueError(
                 f"{alias} is {size} and M has {n} rows, so it isn't taken for "
-                f"{name}, which is missing: call that {name}, or pass names="
+                f"{name}, which is missing"
+                + (cure_by_name([name], spare) or f": call that {name}, or pass names=")
+                + ", or rayleigh=(a, b), (0, 0) for no damping" * (name == "D")
                 + "; a table of entries begins with the line row,column,value"
                 * (matrices[name].shape[1] == len(TABLE))
             )
@@ -110,6 +117,19 @@ def structure_of(matrices, chosen, beside, spare=()):
         raise ValueError(f"{error}{cure}") from None
 
 
+def _check_turned(matrices, n):
+    """Raise where M is a row or column of masses, or B or F has its rows as columns."""
+    rows, columns = matrices["M"].shape
+    if 1 in (rows, columns) and rows != columns:
+        raise ValueError(
+            f"M is {rows} x {columns}: of masses on the diagonal give numpy.diag(M)"
+        )
+    for name in {"B", "F"} & matrices.keys():
+        rows, columns = matrices[name].shape
+        if rows != n == columns:
+            raise ValueError(f"{name} is {rows} x {columns}: transpose it")
+
+
 def _cure(name, n, dofs):
     """The cure where a ``name``, B or D, is missing: no such program writes them."""
     if name == "D":
@@ -140,6 +160,9 @@ def _pushed(push, n, dofs):
 
 def matrix_of(name, x, large=False):
     """The matrix ``x`` of this ``name``; one that may be ``large`` stays sparse."""
+    kind = getattr(getattr(x, "dtype", None), "kind", "")
+    if kind == "c" and not (x.data if issparse(x) else x).imag.any():
+        x = x.real
     if issparse(x):
         if large and max(x.shape) > MOST_DENSE:
             return csc_array(x)

@@ -37,6 +37,20 @@ def half_fault(given):
     )
 
 
+def idle_inputs(B):
+    """The columns of a B that are zero, in words; else empty.
+
+    >>> idle_inputs(np.eye(2, 3))
+    'column 2 of B is zero: that input pushes nothing'
+    """
+    idle = np.flatnonzero(~B.any(axis=0)).tolist()
+    if not idle:
+        return ""
+    some = f"columns {', '.join(map(str, idle))} of B are" if idle[1:] else ""
+    one = f"column {idle[0]} of B is"
+    return f"{some or one} zero: that input pushes nothing"
+
+
 def _side(x):
     """Where the entries beside the diagonal are, if all are on one side."""
     i, j = x.nonzero()

@@ -1,4 +1,4 @@
-"""Matrices of NumPy, MATLAB, Matrix Market and Nastran, within limits.
+"""Matrices of NumPy, MATLAB, Matrix Market, Nastran and others, within limits.
 
 Nothing in a file is ever executed, and no other file is opened. A reader of a file with
 several matrices asks ``wanted`` which of them to read: a function of a dict from each
@@ -14,10 +14,12 @@ from math import prod
 
 import numpy as np
 
+from .harwell import matrix_of_harwell
 from .libraries import library
 from .op4 import matrices_of_op4
 from .punch import matrices_of_punch
 from .reading import MOST_BYTES, read_bytes, read_text
+from .saying import warn_outside
 from .sparse import issparse
 
 MOST_ENTRIES = 20_000_000  # of a matrix in a file; of a full one its zeros, too
@@ -129,6 +131,24 @@ def read_mtx(path):
         return found if form == "array" else once(found)
 
 
+def read_harwell(path):
+    """The matrix in a Harwell-Boeing or Rutherford-Boeing file at ``path``, sparse."""
+    from scipy.sparse import coo_array, csc_array
+
+    text = read_text(path)
+    with _decoded(path, "a matrix of Harwell-Boeing"):
+        *parts, shape, other, right = matrix_of_harwell(text, check_size)
+        half = _sound(csc_array(tuple(parts), shape=shape)).tocoo()
+        place = np.flatnonzero(half.row != half.col) if other else []
+        rows, columns = half.row, half.col
+        data = np.concatenate([half.data, other * half.data[place]])
+        both = [rows, columns[place]], [columns, rows[place]]
+        whole = once(coo_array((data, [*map(np.concatenate, both)]), shape=shape))
+    if right:
+        warn_outside(f"{path}: its right-hand sides are left out")
+    return whole
+
+
 def read_mat(path, wanted=list):
     """The arrays, ``wanted``, in a file of MATLAB at ``path``, or of HDF5 by h5py; a
     struct's are called "struct.field".
@@ -142,7 +162,9 @@ def read_mat(path, wanted=list):
     kind = "a file of MATLAB (save with the option '-v7')"
     with _decoded(path, kind):
         shapes = {
-            name: (shape, form) for name, shape, form in whosmat(BytesIO(content))
+            name: (shape, form)
+            for name, shape, form in whosmat(BytesIO(content))
+            if any(shape)  # [] stands for none
         }
     structs = [x for x, (_, form) in shapes.items() if form == "struct"]
     with _decoded(path, kind):
@@ -154,6 +176,7 @@ def read_mat(path, wanted=list):
             for name in structs
             if whole[name].shape == (1, 1)
             for field in whole[name].dtype.names or ()
+            if any(np.shape(whole[name][field].item()))
         }
     there = {name: NOT_READ.get(form, "") for name, (_, form) in shapes.items()}
     for name in {x.partition(".")[0] for x in fields}:

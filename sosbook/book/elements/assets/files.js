@@ -160,8 +160,9 @@ const safely = name => /^[\w. -]+$/.test(name) ? name : "YOUR_FILE";
 
 // The line that makes what a page reads of what the package reads, which a page can't look into.
 function byPackage(name, kind, many = false) {
-  const alone = ["npz", "h5", "op4", "pch", "toml"].includes(kind);
-  if (!alone && !["npy", "sti", "mas", "dof"].includes(kind)) return "Open .json, .mat, .mtx, .csv or .txt";
+  const alone = ["npz", "h5", "hdf5", "op4", "pch", "toml"].includes(kind);
+  if (!alone && !"npy sti mas dof hb rb rsa rua rza".split(" ").includes(kind))
+    return "Open .json, .mat, .mtx, .csv or .txt";
   const safe = many || !alone ? "." : safely(name);
   return `If it holds M, D, S and B, the package makes a plant.json of it: python -c "import json, ` +
     `sosbook.plants as p; v = p.load_plant('${
