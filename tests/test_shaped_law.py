@@ -88,3 +88,40 @@ def test_bad_filters_and_laws_are_refused():
     ):
         with pytest.raises(ValueError, match=words):
             made()
+
+
+@pytest.mark.parametrize(
+    "form, free", [("diagonal", 10), ([["a", "b"], ["b", "c"]], 15), (None, 20)]
+)
+def test_models_keep_the_structure_of_the_law(form, free):
+    """A decentralised law had gains across by its ramps and sines; here are two axes
+    that are hardly damped, and neither symmetric.
+    """
+    M = np.diag([9.81, 0.3])
+    D, stiff = np.array([[0.03, -0.02], [0.01, 0.01]]), np.array([[30, -3], [-2, 3.0]])
+    plant = sos.SecondOrderSystem(M, D, stiff, np.eye(2))
+    inner = sos.PIDLaw(position=np.eye(2), integrate=True, filter=0.05, structure=form)
+    law = ShapedLaw(inner, ramp=True, sines=[1.0, 2.0])
+    *_, models = law.structure(plant).blocks
+    assert models.name == "K_R" and len(models.shares) == free
+    numbers = np.random.default_rng(4).normal(size=free)
+    K_R = np.tensordot(numbers, models.shares, 1)
+    one = np.array([[-3.0, 0], [0, -2.0]])
+    gains = {"K_P": one, "K_D": one, "K_I": one, "K_R": K_R}
+    for part in np.split(K_R, 5, axis=1):  # the ramp; sine and cosine of each frequency
+        assert (np.diag(np.diag(part)) == part).all() == (form == "diagonal")
+        assert (part.T == part).all() == (form is not None)
+    d = sos.analyse_pid(plant, gains, law=law)
+    for s in (0.3 + 0.7j, 1.7j):  # det(M s^2 + D s + S - k), and the poles of k
+        k = one * (1 + s / (0.05 * s + 1) + 1 / s) + K_R[:, :2] / s**2
+        own = s**4 * (s + 20) ** 2
+        for w, part in zip((1.0, 2.0), np.split(K_R[:, 2:], 2, axis=1)):
+            k = k + (part[:, :2] * s - part[:, 2:] * w) / (s**2 + w**2)
+            own *= (s**2 + w**2) ** 2
+        own *= np.linalg.det(M * s**2 + D * s + stiff - k)
+        assert abs(np.prod(s - d.poles()) * np.linalg.det(M) - own) < 1e-8 * abs(own)
+    wrong = K_R.copy()
+    wrong[0, 1] += 1
+    if form is not None:
+        with pytest.raises(ValueError, match="structure allows"):
+            sos.analyse_pid(plant, gains | {"K_R": wrong}, law=law)

@@ -122,7 +122,9 @@ class ShapedLaw(Law):
         a PIDLaw that integrates.
     sines : sequence of float
         Frequencies in rad/s of sines that leave no error: two states for each reading,
-        which grow while it has that frequency. Their gains are ``K_R``.
+        which grow while it has that frequency. Their gains are ``K_R``, with the zeros
+        and the words of the law's structure: of K_I for a ramp, of K_P (and K_D, where
+        rates are measured) for a sine, so that a decentralised law stays one.
 
     Notes
     -----
@@ -246,12 +248,18 @@ class ShapedLaw(Law):
         (rows, width), whole = inner.shape, len(p.signals)
         if whole == width:
             return inner
-        free = rows * (whole - width)
-        shares = np.eye(free).reshape(free, rows, whole - width)
-        ends = np.tile([-np.inf, np.inf], (free, 1))
-        more = Block(
-            NAME, slice(0, rows), slice(width, whole), shares, 0 * shares[0], ends
-        )
+        known, seen, groups = {b.name: _tied(b) for b in inner.blocks}, 0, []
+        for name in ("K_P", "K_D"):  # of what is measured, and not of filtered rates
+            if name in known and seen < len(p.sensors):
+                groups.append(known[name])
+                seen += known[name].shape[2]
+        both = _beside(groups)
+        several = [known["K_I"]] if self.ramp else []
+        several += [both, both] * len(self.sines)
+        shares = _beside(several)
+        ends = np.tile([-np.inf, np.inf], (len(shares), 1))
+        place = slice(0, rows), slice(width, whole)
+        more = Block(NAME, *place, shares, np.zeros(shares.shape[1:]), ends)
         return Structure((rows, whole), (*inner.blocks, more), inner.limits)
 
     def words(self, plant: Any) -> str:
@@ -261,3 +269,20 @@ class ShapedLaw(Law):
             words += f", through a {', a '.join(x.name for x in self.through)}"
         models = ["ramps"] * self.ramp + [f"sines of {w:g} rad/s" for w in self.sines]
         return words + (f", with models of {' and '.join(models)}" if models else "")
+
+
+def _tied(block):
+    """The shares of a ``block``, those of its fixed entries that aren't zero free."""
+    fixed = [np.zeros_like(block.first) for _ in range(np.count_nonzero(block.first))]
+    for share, place in zip(fixed, np.argwhere(block.first)):
+        share[tuple(place)] = 1.0
+    return np.concatenate([block.shares, np.reshape(fixed, (-1, *block.first.shape))])
+
+
+def _beside(several):
+    """Shares of blocks side by side, from those of each."""
+    width, found, at = sum(x.shape[2] for x in several), [], 0
+    for x in several:
+        found.append(np.pad(x, ((0, 0), (0, 0), (at, width - at - x.shape[2]))))
+        at += x.shape[2]
+    return np.concatenate(found)
