@@ -137,14 +137,27 @@ def bounds_of(request, K, seconds):
     return Bounds(found)
 
 
-def neighbour(request, relaxed):
-    """A sentence, or nothing, on a design for a ``request`` in which the first of the
-    ``relaxed`` requirements that can be minimised is eased; without any of these there
-    is one.
+def neighbours(request, relaxed):
+    """Sentences on designs for a ``request`` without a gain: with each of the
+    ``relaxed`` requirements eased, without which there is one, or with all, of none.
     """
-    r = next((r for r in relaxed if _minimised(r)), None)
-    if r is None or request.gain is not None:
-        return "" if request.gain is not None else _nearest(request, relaxed)
+    if request.gain is not None:
+        return ""
+    asked = tuple(r for r in relaxed or request.requirements if r.parameter)
+    seconds = SECONDS / max(len(asked), 1)
+    if not relaxed:
+        return _nearest(request, asked, SECONDS)
+    several = [
+        (_least if _minimised(r) else _nearest)(request, (r,), seconds) for r in asked
+    ]
+    return " ".join(filter(None, several))
+
+
+def _least(request, relaxed, seconds):
+    """A sentence, or nothing, on the least bound of one requirement that was found in
+    some ``seconds``, and what is true of that loop.
+    """
+    (r,) = relaxed
     key, objective = r.parameter.key, {r.parameter.key: 1.0}
 
     def work():
@@ -154,12 +167,12 @@ def neighbour(request, relaxed):
         return at_optimum(settled, objective, NEXT_BACKOFF)
 
     try:
-        found = guarded(request, SECONDS, work)
+        found = guarded(request, seconds, work)
     except SizeError:  # in these units nobody could write it down
         return ""
     if found.status != "feasible":
         return ""
-    table = bounds_of(found.request, found.K, SECONDS)
+    table = bounds_of(found.request, found.K, seconds)
     one = next(b for b in table if b.requirement.key == r.key)
     text = f"With {key} = {one.asked:g} there is a design; of its loop {one.true:.4g} "
     text += "is true"
@@ -173,51 +186,65 @@ def neighbour(request, relaxed):
 
 
 SHARES = 1.05, 1.2, 1.6, 2.5, 6.0, 25.0  # of a bound that gives way, in this order
+TOO_FAR = f"Nothing was found with {SHARES[-1]:g} times less asked of"
 NARROWED = 3  # halvings between the last share without a point and the first with one
 
 
-def nearest(r, keeps):
-    """The bound of ``r`` nearest to the asked one that ``keeps``, a function, is true
-    of; or None.
+def nearest(relaxed, keeps):
+    """Bounds, by key, of the ``relaxed`` requirements, eased by one share, the nearest
+    to the asked ones that ``keeps``, a function, is true of; or None.
     """
+
+    def eased(share):
+        pairs = ((r.parameter, r.bound) for r in relaxed)
+        return {p.key: p.eased(bound, share) for p, bound in pairs}
+
     low, found = 1.0, None
     for share in SHARES:
-        if keeps(r.parameter.eased(r.bound, share)):
+        if keeps(eased(share)):
             found = share
             break
         low = share
     for _ in range(NARROWED if found else 0):
         middle = (low * found) ** 0.5
-        if keeps(r.parameter.eased(r.bound, middle)):
+        if keeps(eased(middle)):
             found = middle
         else:
             low = middle
-    return found and r.parameter.eased(r.bound, found)
+    return found and eased(found)
 
 
-def _nearest(request, relaxed):
-    """A sentence, or nothing, on the first of the ``relaxed``, a region: the number
-    with which there is a design.
+def _nearest(request, relaxed, seconds):
+    """A sentence, or nothing, on those of the ``relaxed`` that have to be eased, all
+    by one share: the numbers with which a design was found in some ``seconds``.
     """
-    r, p = relaxed[0], relaxed[0].parameter
-    if p is None or r.pole_matrices() is None:
-        return ""
+    owners = {r.parameter.key: r for r in relaxed}
+
+    def keeps(bounds):
+        return feasible(request.with_bounds(bounds))
 
     def work():
-        bound = nearest(r, lambda b: feasible(request.with_bounds({p.key: b})))
-        if bound is None:
-            return Solution(request, "undecided")
-        asked = request.with_bounds({p.key: bound})
+        bounds = nearest(relaxed, keeps)
+        if bounds is None:
+            words = " and ".join(r.words for r in relaxed)
+            return Solution(request, "undecided", reason=f"{TOO_FAR} {words}.")
+        for key in owners if len(owners) > 1 else ():  # not all of them are in the way
+            less = {k: b for k, b in bounds.items() if k != key}
+            bounds = less if keeps(less) else bounds
+        asked = request.with_bounds(bounds)
         return designed(asked, {}, NEXT_BACKOFF, None, None)
 
-    found = guarded(request, SECONDS, work)
+    found = guarded(request, seconds, work)
     if found.status != "feasible":
-        return ""
-    best = found.request.owner(p.key).bound
-    return (
-        f"With {r.words} = {p.shown(best):.6g} there is a design (asked: "
-        f"{p.shown(r.bound):.6g})."
-    )
+        return found.reason if found.reason.startswith(TOO_FAR) else ""
+    told, was = [], []
+    for key, r in owners.items():
+        best = found.request.owner(key).bound
+        if best != r.bound:
+            told.append(f"{r.words} = {r.parameter.shown(best):.6g}")
+            was.append(f"{r.parameter.shown(r.bound):.6g}")
+    told, was = " and ".join(told), " and ".join(was)
+    return f"With {told} there is a design (asked: {was})."
 
 
 def _minimised(r):

@@ -32,7 +32,8 @@ class Design(ClosedLoop["DesignProof"], Solution):
     status : {"feasible", "infeasible", "undecided"}
         "feasible": all blocks are positive definite, by a clear margin or by an exact
         proof. "infeasible": exact arithmetic excludes every solution, see
-        `infeasibility`. Else "undecided": a solver's word decides nothing.
+        `infeasibility`: of a family that of its LMIs, where ``reason`` names no mode,
+        response or plant. Else "undecided": a solver's word decides nothing.
     K : (m, N) array or None
         ``[K_P K_D K_I]``, in ``u = K [z; z'; x3]``. A gain that was
         given to `analyse_pid` stays, whatever the status. All digits of
@@ -331,6 +332,7 @@ class Design(ClosedLoop["DesignProof"], Solution):
 
         Found by solving again with each requirement left out.
         """
+        from .bounds import neighbours
         from .fixed_mode import FixedModeRefusal
         from .growing import GrowingRefusal
 
@@ -362,18 +364,15 @@ class Design(ClosedLoop["DesignProof"], Solution):
         if not enough:
             if len(asked) < 2:
                 return self.reason
-            return (
-                "Nothing was found with any single requirement left out, "
-                "either: relax several of " + _words(asked) + "."
-            )
+            text = "Nothing was found with any single requirement left out, either: "
+            text += f"relax several of {_words(asked)}."
+            return f"{text} {neighbours(whole, ())}".strip()
         enough.sort(key=lambda r: _weight(self, r), reverse=True)
         text = f"Relax the {_words(enough[:1])} first"
         if enough[1:]:
             text += "; leaving out one of these would do as well: "
             text += _words(enough[1:])
-        from .bounds import neighbour
-
-        return f"{text}. {neighbour(whole, enough)}".strip()
+        return f"{text}. {neighbours(whole, enough)}".strip()
 
     def _matrices(self):
         parts = super()._matrices()

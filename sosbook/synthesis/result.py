@@ -146,8 +146,10 @@ class Result(ABC, Generic[Proven]):
 
         proof = self.infeasibility if self.status == "infeasible" else None
         there = " That is proven: see its infeasibility." if proof else ""
-        reason = getattr(self, "reason", "") or "Its advice says what to change."
-        return Unproven(f"the {self.noun} is {self.status}. {reason}{there}")
+        words = (
+            f"the {self.noun} is {self.status}. {getattr(self, 'reason', '')}{there}"
+        )
+        return Unproven(f"{words.strip()} Its advice says what to change.")
 
     def _gain(self):
         if self.K is None:

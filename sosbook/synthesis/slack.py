@@ -46,7 +46,10 @@ NO_ONE_P = (
     'is weighed: each vertex has its own (coupling="slack"), for plants that don\'t '
     "change with time."
 )
-NEITHER = "Nothing was found with a P for each vertex, either."
+NEITHER = (
+    "Nothing was found with a P for each vertex, either. What is refused is these LMIs "
+    "of the family, not every gain: analyse_pid may prove one that you have."
+)
 SHARE = 0.5  # of the time that is left, for a P for each vertex
 LATE = (
     "A P for each vertex isn't decided within {:g} s, half of the time that was left: "

@@ -87,13 +87,12 @@ def _eased(request, r):
     """
     found = []
 
-    def keeps(bound):
-        asked = request.with_bounds({r.parameter.key: bound})
-        found.append(by_law(asked, {}, QUICK))
+    def keeps(bounds):
+        found.append(by_law(request.with_bounds(bounds), {}, QUICK))
         return found[-1].status == "feasible"
 
     with suppress(OutOfTime):  # what was found stays
-        nearest(r, keeps)
+        nearest((r,), keeps)
     kept = [s for s in found if s.status == "feasible"]
     harder, key = r.parameter.harder, r.parameter.key
     return max(kept, key=lambda s: harder * s.request.owner(key).bound, default=None)
