@@ -165,8 +165,10 @@ def _checked_descriptor(v, U, K_A):
     inertia = v.M - v.B @ K_A
     check_rank(
         inertia,
-        "M - B K_A is singular: give an acceleration gain K_A that "
-        "makes it regular (Lemma 2.1)",
+        "M - B K_A is singular: give an acceleration gain K_A that makes it regular "
+        "(Lemma 2.1; regularize finds one). A row without mass and damping is taken "
+        "out by sosbook.plants.condense, and one with damping alone is a state of a "
+        "DescriptorSystem",
         1e-14,
     )
     if a:
