@@ -14,7 +14,7 @@ from sosbook.controllers.bounds import bounded_output, rounded
 from sosbook.controllers.cells import BALL_BITS, Joined, JoinedCell
 from sosbook.controllers.facts import bounded as bounded_lines
 from sosbook.controllers.facts import facts_of
-from sosbook.controllers.step_bounds import _Numbers
+from sosbook.controllers.step_bounds import _Numbers, _times
 from sosbook.controllers.trial import steps_of
 from sosbook.exact.rational import exact
 from sosbook.plants.descriptor import descriptors
@@ -302,6 +302,10 @@ def test_products_of_bounds_are_rounded_to_the_safe_side():
             >= one * Fraction(str(100 * x)) / 100
         )
     assert rounded(arb(0), np.inf) == 0 and rounded(arb(0.5), 0) == 0.5
+    assert rounded(arb(exact(0.006)), np.inf) == np.nextafter(0.006, 1)
+    for ticks, tick in ((6, 0.001), (3, 0.1), (7, 0.3), (981, 0.01)):
+        most = str(Bounded(_times(ticks, exact(tick)), 0.0)).split()[2]
+        assert Fraction(most) == ticks * Fraction(str(tick))  # and no digit more
     with ctx.workprec(BALL_BITS):
         for third in (arb(1) / 3, arb(2) / 3):
             assert arb(rounded(third, 0)) < third < arb(rounded(third, np.inf))

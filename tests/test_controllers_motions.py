@@ -425,13 +425,13 @@ def test_a_magnet_that_holds_a_rotor_moves_it_as_proven(units):
 def test_a_weight_of_a_magnet_that_holds_a_rotor():
     """Half of its step is overshoot without one; what is in vain two plants prove."""
     c = bearing()[1]
-    assert c.bounds.step_response(1e-4).overshoot.proven > 49
+    assert c.bounds.step_response(1e-4).overshoot.proven > 0.49
     soft = c.bounds.weights(0.1, 5.0, size=1e-4)
     found = soft.bounds.step_response(1e-4)
     for ks in (1e5, 1.7e5, 3e5):
         asked, _ = floated(soft, [0.0, *[1e-4] * 300], ks)
         assert asked <= found.effort[0].proven <= 5.0
-    assert found.overshoot.proven <= 10 and 0 < soft.R[0, 0] < 1
+    assert found.overshoot.proven <= 0.1 and 0 < soft.R[0, 0] < 1
     for over, most in ((0.05, 5.0), (0.5, 0.5)):
         with pytest.raises(ValueError, match="no b keeps to it.*proven in balls"):
             c.bounds.weights(over, most, size=1e-4)
@@ -464,7 +464,7 @@ def test_springs_leave_each_plant_its_own_rest_and_a_step_is_bounded(several):
         places, force = np.array(places), np.array(force)
         assert (low <= places).all() and (places <= high).all()
         out = np.flatnonzero(abs(places - 0.3) > 0.02 * 0.3)
-        measures = 100 * (places.max() / 0.3 - 1), t[out[-1] + 1], abs(force).max()
+        measures = places.max() / 0.3 - 1, t[out[-1] + 1], abs(force).max()
         seen = np.maximum(seen, measures)
     proven = found.overshoot, found.settling_time, found.effort[0]
     for one, bound in zip(seen, proven):

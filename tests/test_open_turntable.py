@@ -159,7 +159,7 @@ def test_a_motion_s_three_numbers_hold_a_motion_of_my_own():
     space = after("42", "tables = ", "loop = axis", "def tube", "left = ")
     axis, F, h, n = (space[x] for x in ("axis", "F", "h", "n"))
     guess, doubt, true = space["tube"](6, 300)
-    bound = axis.bounds.step_response(output="load").overshoot.proven / 100
+    bound = axis.bounds.step_response(output="load").overshoot.proven
     assert true.max() < (guess + doubt).max() < 1.002 * bound
     x, r, v, a, worst = np.zeros(n), 0.0, 0.0, 0.0, 0.0
     for k in range(1500):

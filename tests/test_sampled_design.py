@@ -322,7 +322,7 @@ def test_the_fastest_drive_that_hardly_overshoots_is_that_of_all_gains(effort):
         )
     decay = -np.log(abs(np.linalg.eigvals(F)).max(axis=1)) / clock
     good = (most <= 1.05) & (force <= (effort or np.inf))
-    assert good[-1] and step.overshoot.proven >= 100 * (most[-1] - 1)
+    assert good[-1] and step.overshoot.proven >= most[-1] - 1
     assert decay[-1] >= 0.97 * decay[good].max() and decay[-1] >= design.sigma
 
 

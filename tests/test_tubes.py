@@ -102,7 +102,7 @@ def test_every_plant_is_between_at_every_tick(name):
         found = c.bounds.step_response(9.81, j, word, cells=1 if make is light else 99)
         row = signals(make()).index(word)
         assert outside(c, found, make, np.linspace(0.75, 1.5, 4), j, row) < 1e-9
-        assert 0 <= found.overshoot.proven - found.overshoot.seen < 1
+        assert 0 <= found.overshoot.proven - found.overshoot.seen < 0.01
 
 
 def box(m, d):

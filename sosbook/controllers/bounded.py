@@ -26,7 +26,7 @@ class Bounded:
     seen : float
         The largest at the vertices, in floats.
     unit : str
-        Of both.
+        Of both; with "%" they are shares: 0.05 prints as 5 %.
     stopped : float or None
         The seconds after which the search for a bound was stopped, if it was.
     """
@@ -52,16 +52,18 @@ class Bounded:
 
     def __str__(self):
         unit = f" {self.unit}" if self.unit else ""
+        times = 100 if self.unit == "%" else 1
+        at_corners = f"{self.seen * times:.4g}"
         if self.proven is None:
             late = ""
             if self.stopped is not None:
                 late = f" within {self.stopped:g} s (a longer time_limit goes on)"
-            seen = f"{self.seen:.4g}{unit} at the corners"
+            seen = f"{at_corners}{unit} at the corners"
             return f"no bound found{late}" + (
                 f"; {seen}" if self.seen == self.seen else ""
             )
-        most = four_digits(self.proven, ROUND_CEILING)
-        return f"at most {most}{unit} ({self.seen:.4g} at the corners)"
+        most = four_digits(self.proven, ROUND_CEILING, times)
+        return f"at most {most}{unit} ({at_corners} at the corners)"
 
 
 def plants_of(c):

@@ -5,7 +5,7 @@ and by the norm from some tick on: see `sosbook.controllers.tube`.
 """
 
 from contextlib import suppress
-from decimal import Context
+from decimal import Context, Decimal
 from heapq import heappop, heappush
 from itertools import count
 
@@ -33,9 +33,12 @@ ENDS = (
 )
 
 
-def four_digits(x, rounding):
-    """A number ``x`` in words, which decimal's ``rounding`` keeps on the safe side."""
-    return f"{float(Context(prec=4, rounding=rounding).create_decimal(float(x))):.4g}"
+def four_digits(x, rounding, times=1):
+    """So many ``times`` a number ``x`` in words, which decimal's ``rounding`` keeps on
+    the safe side.
+    """
+    four = Context(prec=4, rounding=rounding)
+    return f"{float(four.multiply(Decimal(repr(float(x))), times)):.4g}"
 
 
 @work
@@ -139,10 +142,17 @@ def _each(P, count, N):
 
 
 def rounded(x, way):
-    """A float that is no nearer than a ball x on the ``way`` to zero or infinity."""
-    end = x.upper() if way > x else x.lower()
+    """A float that is no nearer than a ball x on the ``way`` to zero or infinity, nor
+    is the decimal that it prints.
+    """
+    up = bool(way > x)
+    end = x.upper() if up else x.lower()
     found = float(end)
-    return found if arb(found) == end else float(np.nextafter(found, way))
+    if not np.isfinite(found):
+        return found
+    both = arb(found), arb(exact(found))
+    beyond = all(v >= end if up else v <= end for v in both)
+    return found if beyond else float(np.nextafter(found, way))
 
 
 def stable(c, what):

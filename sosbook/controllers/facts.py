@@ -193,6 +193,10 @@ def simulated(c, trials):
         lines.append(f"{stepped(trial, signal)}: {over}asks {words} at most, {how}")
     varies = " (but for stability)" if c.clock.varies else ""
     lines.append(f"jitter{varies}, friction, backlash: not looked at")
+    lines.append(
+        "friction and play (backlash) can keep a proven loop in a lasting oscillation, "
+        "which no proof here covers: simulate(friction=, backlash=) shows it for yours"
+    )
     return lines
 
 

@@ -19,7 +19,8 @@ from .tube import SAFE
 
 FINE = 0.002, 0.01  # of the output's step, and of the largest u: no more halving
 RISE = 0.1, 0.9  # of the way, between which an output rises
-TOLD, DUST = 0.001, 1e-9  # %: of what a proof and floats can tell from none
+TOLD, DUST = 1e-5, 1e-11  # shares: of what a proof and floats can tell from none
+NOTHING = "0 but for rounding"
 NUMBERS = "overshoot", "undershoot", "settling_time", "rise_time", "peak"
 
 
@@ -38,8 +39,8 @@ class StepBounds:
     size : float
         Of the step, in the unit of the set point.
     overshoot, undershoot : Bounded or None
-        In % of where the output ends, beyond that and below the start; None, as the
-        next two, of an output that ends at zero.
+        As shares of where the output ends, beyond that and below the start: 0.05 is
+        5 %. None, as the next two, of an output that ends at zero.
     settling_time, rise_time : Bounded or None
         In s: after the one it stays in the band; the other is from 10 to 90 %.
     peak : Bounded
@@ -60,7 +61,7 @@ class StepBounds:
     >>> cart = sos.Uncertain(lambda m: sos.SecondOrderSystem(m, 0, 0, 1), m=(1, 2))
     >>> design = sos.design_pid(cart, region=sos.PoleRegion(1, rho=9))
     >>> found = design.controller(T=0.01).bounds.step_response(output="z1")
-    >>> found.overshoot.seen <= found.overshoot.proven < 1 + found.overshoot.seen
+    >>> found.overshoot.seen <= found.overshoot.proven < 0.01 + found.overshoot.seen
     True
     """
 
@@ -95,8 +96,8 @@ class StepBounds:
         bound = getattr(self, name) if bound is None else bound
         where = self.plants[name.partition(" ")[0]]
         if bound.unit == "%" and bound.proven is not None and bound.proven < TOLD:
-            seen = f"{bound.seen:.4g}" if bound.seen > DUST else "0 but for rounding"
-            return f"less than {TOLD:g} % ({seen} at {where})"
+            seen = f"{100 * bound.seen:.4g}" if bound.seen > DUST else NOTHING
+            return f"less than {100 * TOLD:g} % ({seen} at {where})"
         return str(bound).replace("at the corners", f"at {where}")
 
     def _repr_html_(self):
@@ -242,7 +243,7 @@ def step_bounds(c, x, size, j, output, band, most):
             for i, signal in enumerate(c.outputs)
         )
 
-    moves = [("overshoot", 100, "%"), ("undershoot", 100, "%")] * bool(row.ends)
+    moves = [("overshoot", 1, "%"), ("undershoot", 1, "%")] * bool(row.ends)
     times = [("settling_time", c.T, "s"), ("rise_time", c.T, "s")] * bool(row.ends)
     asks = dict(settling_time=lambda one: one.settled(band))
     numbers = dict.fromkeys(NUMBERS)

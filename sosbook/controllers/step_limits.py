@@ -82,12 +82,12 @@ class StepLimits:
 
     def missing(self, bounds):
         """Words for the limits that some ``bounds``, a `StepBounds`, don't prove."""
-        pairs = [("effort", 1, x) for x in bounds.effort]
-        pairs.append(("overshoot", 100, bounds.overshoot))
-        pairs.append(("settling_time", 1, bounds.settling_time))
+        pairs = [("effort", x) for x in bounds.effort]
+        pairs.append(("overshoot", bounds.overshoot))
+        pairs.append(("settling_time", bounds.settling_time))
         return [
             f"{name.replace('_', ' ')}: {bound}"
-            for name, share, bound in pairs
+            for name, bound in pairs
             if (most := getattr(self, name)) is not None
-            and (bound.proven is None or bound.proven > share * most)
+            and (bound.proven is None or bound.proven > most)
         ]

@@ -94,7 +94,7 @@ def weighted(c, overshoot, effort, size, j, output, band):
         efforts = [bound.proven for bound in shown.effort]
         if None in (shown.overshoot.proven, *efforts):
             break
-        over = [shown.overshoot.proven / 100 - asked[0]]
+        over = [shown.overshoot.proven - asked[0]]
         over.append(0.0 if most is None else max(efforts) / size - most)
         if max(over) <= 0:
             return found

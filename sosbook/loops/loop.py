@@ -11,6 +11,7 @@ from ..exact.checker.families import CONSTANT
 from ..exact.rational import exact
 from ..laws import Law
 from ..laws.taken import law_of, taken
+from ..plants.checks import positive
 from ..plants.descriptor_system import DescriptorSystem
 from ..plants.gain import input_names, signals
 from ..plants.joined import joined_family
@@ -300,7 +301,7 @@ class Loop(ReadOnly):
         """
         if isinstance(self.clock, Clock):
             return self.controller.simulate(t, **more)
-        times = np.linspace(0, t, MOMENTS) if np.ndim(t) == 0 else t
+        times = np.linspace(0, positive("t", t), MOMENTS) if np.ndim(t) == 0 else t
         design = self.design if self.clock is None else self._rooted
         return design.simulate(times, **more)
 
@@ -383,9 +384,8 @@ class Loop(ReadOnly):
         if dt:  # the memory's change in a tick
             A, B = np.eye(len(A)) + dt * A, dt * B
         rows, names = parts.rows.astype(float).tolist(), signals(plant)
-        inputs = [row_words(x, names, repr) for x in rows]
+        inputs = [row_words(x, names, repr).replace(".", "_") for x in rows]
         outputs = list(input_names(plant.m))
-        inputs = [x.replace(".", "_") for x in inputs]
         if len({*inputs}) < len(inputs):
             raise ValueError(f"two inputs would be called alike: {', '.join(inputs)}")
         return library("control").ss(A, B, C, D, inputs=inputs, outputs=outputs, dt=dt)
