@@ -1,5 +1,7 @@
 """An entry of a law's gain is free, zero, shared, in a range, or a number."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -113,3 +115,20 @@ def test_wrong_entries_are_named(words):
             K or [[0, 0]],
             law=law(P, D, limits={"K_P": 0.5} if "up" in words else None),
         )
+
+
+def test_a_gain_beyond_its_range_is_no_secret():
+    """u = K y with K >= 0 only takes damping away; the nearest gain that a search saw
+    was negative, and its decay of 0.24 was told as if the law allowed it.
+    """
+    plant = sos.SecondOrderSystem(
+        np.diag([9.81, 0.3]), [[0.03, -0.02], [0.01, 0.01]], [[30, -3], [-2, 3]],
+        [[1], [0]],
+    )  # fmt: skip
+    law = sos.PIDLaw(position=[[1, 0]], velocity=[[1, 0]], structure=[[(0, None)]])
+    d = sos.design_pid(plant, law=law, region=sos.PoleRegion(sigma=0.1))
+    assert d.status == "undecided"
+    assert re.search(
+        r"There an entry of K_P is -\d+\S*, and may be 0 at least", d.reason
+    )
+    assert "structure= moves it" in d.reason

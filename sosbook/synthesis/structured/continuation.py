@@ -117,8 +117,8 @@ def hasty(poles, filter_time, cure="ask for rho, too, or for limits"):
 
 def at_limits(kappa, ends, blocks):
     """Words for the free numbers ``kappa``, (k,), that are at their ``ends``, (2, k),
-    by the ``blocks`` of their gains, and the argument that moves the last of them;
-    empty without one.
+    or beyond, by the ``blocks`` of their gains, and the argument that moves the last of
+    them; empty without one.
     """
     start, words, moves = 0, [], "limits"
     for b in blocks:
@@ -126,7 +126,8 @@ def at_limits(kappa, ends, blocks):
         own, low, high = (x[start : start + len(sizes)] for x in (kappa, *ends))
         start += len(sizes)
         for k, (x, *both) in enumerate(zip(own, low, high)):
-            near = [abs(x - end) <= (1 - ALIKE) * abs(end) for end in both]
+            room = x - both[0], both[1] - x
+            near = [a <= (1 - ALIKE) * abs(end) for a, end in zip(room, both)]
             if any(near):
                 way = "most" if near[1] or both[0] == -both[1] else "least"
                 end = both[way == "most"]

@@ -22,7 +22,7 @@ from ..known_gain import kept_or_broken
 from ..ranges import Ranges, family
 from ..solution import Solution
 from . import slopes
-from .continuation import Ended, hasty, of_loops, why_ended
+from .continuation import Ended, at_limits, hasty, of_loops, why_ended
 from .doors import refused_by_a_door, refused_by_mode, refused_by_sum
 from .moving_gain import loops_of
 from .objective import DECAY, Objective, Task
@@ -300,4 +300,6 @@ def _reached(request, task, loops, found):
             f"{r.words} {r.parameter.shown(level):.4g} (asked: "
             f"{r.parameter.shown(r.bound):.4g})"
         )
-    return f"The nearest gain reaches {', '.join(words)}." if words else ""
+    full, moves = at_limits(found.kappa, task.ends, loops.form.blocks)
+    at = f" There {full}; the law's {moves}= moves it." if full else ""
+    return f"The nearest gain reaches {', '.join(words)}.{at}" if words else ""
