@@ -84,7 +84,7 @@ def test_a_lost_sample_is_simulated_where_it_is_bridged():
     design = sos.design_pid(plant, np.eye(2), region=sos.PoleRegion(0.3, rho=20))
     c = design.controller(T=0.02).limit(1e-3)
     for now, said in ((c, "none is lost here"), (c.watch(lost=0.02), "one of 97 is")):
-        first, *steps, _ = facts_of(now, 60.0)[0][2][1]
+        first, *steps, _, _ = facts_of(now, 60.0)[0][2][1]
         assert said in first and len(steps) == 2
         assert all(line.endswith("most, no fault") for line in steps)
     assert [trial.size for trial in steps_of(c, [0.1, 0.2])] == [0.1, 0.2]

@@ -244,6 +244,7 @@ class ShapedLaw(Law):
         return Shaped(p.rows, p.noise, *known)
 
     def structure(self, plant: Any) -> Structure:
+        """That of the law at a ``plant``, and of its models' gains."""
         inner, p = self.law.structure(plant), self.parts(plant)
         (rows, width), whole = inner.shape, len(p.signals)
         if whole == width:
