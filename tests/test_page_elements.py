@@ -156,6 +156,42 @@ TOPS = """([tag, widths]) => {
   return Object.values(tops).map(list => Math.max(...list) - Math.min(...list)); }"""
 
 
+#: How often an element asks for a layout as it says all anew, and how its room grows:
+#: the heights of a readout with a long text, and with its own again.
+LAID_OUT = """async tag => {
+  const e = document.querySelector(tag), box = e.find("readout"), asked = [];
+  const count = (kind, name, of) => {
+    const own = Object.getOwnPropertyDescriptor(kind, name), f = own[of];
+    const heard = {[of]() { asked.push(name); return f.apply(this, arguments); }};
+    Object.defineProperty(kind, name, {...own, ...heard});
+    return () => Object.defineProperty(kind, name, own);
+  };
+  const frame = () => new Promise(done =>
+    requestAnimationFrame(() => requestAnimationFrame(done)));
+  const back = [count(Element.prototype, "getBoundingClientRect", "value"),
+    ...["offsetWidth", "offsetHeight"].map(
+      name => count(HTMLElement.prototype, name, "get"))];
+  if (e.say && e.answer) e.say(); else e.update?.();
+  const moves = [...asked], text = box.innerHTML, high = () => box.offsetHeight;
+  back.forEach(undo => undo());
+  box.innerHTML = "<p>long</p>".repeat(60);
+  await frame();
+  const long = high();
+  box.innerHTML = text;
+  await frame();
+  const after = high();
+  e.reserve();
+  return [moves, long, after]; }"""
+
+
+@pytest.mark.parametrize("tag", ["sos-bench", "sos-delay", "sos-segment", "sos-wish"])
+def test_a_move_asks_for_no_layout_and_its_room_grows(alone, tag):
+    """The browser lays out once a frame; what is longer than all before makes room."""
+    moves, long, after = alone.evaluate(LAID_OUT, tag)
+    assert moves == []
+    assert long == after > 600
+
+
 @pytest.mark.parametrize("tag", ["sos-bench", "sos-wish"])
 def test_a_ruler_stays_where_it_is_pressed(alone, tag):
     """Whatever the number and the verdict, no second click falls beside it."""

@@ -226,7 +226,7 @@ def test_the_thesis_s_examples_with_both_readings_of_mu(kernel, name):
 
 @pytest.mark.parametrize("noise", [None, "states", "F"])
 def test_every_block_is_the_theorem_s(kernel, noise):
-    """Read from its text, in products L X R."""
+    """Read from its text: in products L X R in a frame, and at a point by itself."""
     rng = np.random.default_rng(3)
     for n, m, a, vertices in ((1, 1, 1, 1), (2, 1, 1, 2), (2, 2, 2, 3), (4, 2, 2, 2)):
         plant = random_plant(rng, n, m, 2, vertices, 0.1)
@@ -254,21 +254,27 @@ def test_every_block_is_the_theorem_s(kernel, noise):
             q = N if noise == "states" else 2
             J, sizes["cost"] = rng.standard_normal((q, q)), 0.6
             J = J + J.T
-        blocks = kernel.evaluate(
+        blocks, stated = kernel.evaluate(
             """([request, P, Y, J, sizes]) => {
           const k = globalThis.kernel ??= sosKernel();
-          const plain = k.descriptors(request), frame = k.plainFrame(P.length);
-          const blocks = k.assembled(
-            plain, k.coupledPairs(request), request.asked, frame);
+          const plain = k.descriptors(request), pairs = k.coupledPairs(request);
+          const {asked} = request, I = k.identity(P.length);
+          const frame = {T: I, left: I, back: I, scale: 1, own: 1, sizes: {}};
+          const blocks = k.assembled(plain, pairs, asked, frame);
           const values = {P: k.matrix(P), Y: k.matrix(Y), J: k.matrix(J)};
           const names = {input: "size for u_max", cost: "size for cost"};
           for (const [name, s] of Object.entries(sizes))
             values[names[name]] = k.matrix([[s]]);
-          const list = blocks.at(blocks.packed(values));
-          return Object.fromEntries(list.map((G, b) => {
+          const list = blocks.at(blocks.packed(values)).map((G, b) => {
             const {name, d} = blocks.list[b], rows = k.rowsOf(G);
             return [name, rows.map((row, i) => row.map((g, j) => g / d[i] / d[j]))];
-          })); }""",
+          });
+          const {P: X, Y: Z} = values, {input: u_max, cost = 1} = sizes;
+          const J1 = k.scaled(1 / cost, values.J), own = {u_max, cost};
+          const point = {P: X, Y: Z, J: J1, sizes: own};
+          const there = Object.entries(k.statedAt(plain, pairs, asked, point));
+          return [list, there.map(([name, G]) => [name, k.rowsOf(G)])].map(
+            Object.fromEntries); }""",
             [page_request(**asked), P.tolist(), Y.tolist(), J.tolist(), sizes],
         )
         request = Request(**asked)
@@ -280,7 +286,8 @@ def test_every_block_is_the_theorem_s(kernel, noise):
             theirs = (
                 size * request.blocks(P / size, Y / size, own={"J": J / size})[name]
             )
-            assert np.allclose(blocks[name], theirs, rtol=1e-11, atol=1e-11), name
+            for ours in (blocks, stated):
+                assert np.allclose(ours[name], theirs, rtol=1e-11, atol=1e-11), name
 
 
 def test_a_warm_start_changes_nothing_but_the_time(kernel):

@@ -2,7 +2,7 @@
 // `scalar`. (Its name is before that of reader.js, as a page's one script has them in order.)
 import {divisor} from "./exact.js";
 import {odd} from "./grammar.js";
-import {times} from "./matrices.js";
+import {reals, times} from "./matrices.js";
 
 const fraction = (n, d) => {
   if (!d) throw new Error("a division by zero");
@@ -38,7 +38,7 @@ export const FRACTIONS = {
 
 /** @type {any} */
 export const NUMBERS = {
-  room: n => new Float64Array(n),
+  room: reals,
   zero: 0,
   one: 1,
   of: text => text.split("/").map(Number).reduce((a, b) => a / b),
@@ -65,7 +65,12 @@ export class Arithmetic {
   zeros(rows, cols) { return this.matrix(rows, cols, () => this.ring.zero); }
   turned(X) { return {...this.matrix(X.cols, X.rows, (i, j) => X.at[j * X.cols + i]), scalar: X.scalar}; }
 
-  scaled(f, X) { return {...X, at: X.at.map(x => this.ring.times(f, x))}; }
+  entries({rows, cols, scalar}, entry) {
+    const at = this.ring.room(rows * cols);
+    for (let k = 0; k < at.length; k++) at[k] = entry(k);
+    return {rows, cols, scalar, at};
+  }
+  scaled(f, X) { return this.entries(X, k => this.ring.times(f, X.at[k])); }
   product(X, Y) {
     if (X.scalar || Y.scalar) {
       const S = X.scalar ? this.scaled(X.at[0], Y) : this.scaled(Y.at[0], X);
@@ -89,7 +94,7 @@ export class Arithmetic {
       return this.sum(M, this.scaled(f.at[0], this.unit(M.rows)));
     }
     if (X.rows !== Y.rows || X.cols !== Y.cols) odd("a sum of two shapes");
-    return {...X, at: X.at.map((x, k) => this.ring.plus(x, Y.at[k]))};
+    return this.entries(X, k => this.ring.plus(X.at[k], Y.at[k]));
   }
   kronecker(F, X) {
     const {rows, cols} = X;

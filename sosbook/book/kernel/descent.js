@@ -1,6 +1,6 @@
 // Local minima of functions that aren't smooth: BFGS with weak Wolfe steps (Lewis and
 // Overton 2013).
-import {dot} from "./solver.js";
+import {dot} from "./matrices.js";
 
 const TRIALS = 30;                          // of a line search
 const [DECREASE, CURVATURE] = [1e-4, 0.9];  // of the weak Wolfe conditions

@@ -187,11 +187,6 @@ export function withInverses(T, mean, noise) {
   return {T, left, back, noise, own: (noise && rounded(norm(push) ** 2, 2)) || 1};
 }
 
-// The plant's own coordinates.
-export function plainFrame(N) {
-  return {T: identity(N), left: identity(N), back: identity(N), scale: 1, own: 1, sizes: {}};
-}
-
 function typicalRate({sigma, rho}, mean) {
   if (rho !== undefined) return rho / 2;
   if (sigma) return 4 * sigma;

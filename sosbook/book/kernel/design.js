@@ -1,11 +1,11 @@
 // From a plant and what is asked of it to gains, or to why there are none.
-import {coupledPairs, descriptors, frameOf, meanDescriptor, plainFrame, rounded, sized, stateSpace, withInverses} from "./descriptor.js";
+import {coupledPairs, descriptors, frameOf, meanDescriptor, rounded, sized, stateSpace, withInverses} from "./descriptor.js";
 import {cholesky, combined, identity, inverse, mapped, norm, rowsOf, scaled, solve, symmetricEigenvalues, symmetrized, times, transposed, zeros} from "./matrices.js";
 import {refusalOf} from "./refusal.js";
-import {conditionOf, joined, scalarsOf, sizeName} from "./request.js";
+import {conditionOf, joined, scalarsOf} from "./request.js";
 import {centre, factored, inverses, newtonSolver, phaseOne, plus, ratesOf, rootsOf} from "./solver.js";
 import {eigenvalues} from "./spectrum.js";
-import {assembled} from "./written.js";
+import {assembled, statedAt} from "./written.js";
 
 const MARGIN_IN_FLOATS = 1e-9;  // a smaller one is no proof in floats
 const RETRIES = 2;              // in closer frames, where nothing is decided
@@ -177,7 +177,7 @@ function inPlantUnits(frame, blocks, x) {
 
 // What is known of a point: in the plant's units, with margins and poles.
 function finished(plain, pairs, asked, {frame, blocks, x, bounded, steps}, searched) {
-  const point = inPlantUnits(frame, blocks, x), margins = marginsOf(plain, pairs, asked, point);
+  const point = inPlantUnits(frame, blocks, x), margins = marginsOf(plain, pairs, asked, point, blocks);
   const {K, P, sizes} = point;
   const good = Math.min(...Object.values(margins)) > MARGIN_IN_FLOATS,
         naturalP = scaled(1 / (sizes[sized(asked).pop()] || 1), P);
@@ -189,13 +189,9 @@ function finished(plain, pairs, asked, {frame, blocks, x, bounded, steps}, searc
 
 // The smallest eigenvalue of each block, its diagonal scaled to one, in the plant's own
 // coordinates: what phase one and the centre say isn't believed.
-function marginsOf(plain, pairs, asked, {P, Y, J, sizes}) {
-  const blocks = assembled(plain, pairs, asked, plainFrame(P.rows));
-  const values = {P, Y, J: J && scaled(sizes.cost || 1, J)};
-  for (const [owner, s] of Object.entries(sizes)) values[sizeName(owner)] = identity(1, s);
-  const margins = {};
-  blocks.at(blocks.packed(values)).forEach((G, k) => { margins[blocks.list[k].name] = margin(G); });
-  return margins;
+function marginsOf(plain, pairs, asked, point, blocks) {
+  const known = statedAt(plain, pairs, asked, point);
+  return Object.fromEntries(blocks.list.map(({name}) => [name, margin(symmetrized(known[name]))]));
 }
 
 function margin(G) {

@@ -121,6 +121,12 @@ export function symmetrized(X) {
   return X;
 }
 
+export function dot(x, y) {
+  let sum = 0;
+  for (let k = 0; k < x.length; k++) sum += x[k] * y[k];
+  return sum;
+}
+
 export function inner(X, Y) {
   let sum = 0;
   for (let k = 0; k < X.at.length; k++) sum += X.at[k] * Y.at[k];

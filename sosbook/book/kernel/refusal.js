@@ -4,11 +4,10 @@
 import {FRACTIONS} from "./arithmetic.js";
 import {rounded} from "./descriptor.js";
 import {atPlaces, decimal, decimals, definite, divisor, EXACT, exactInner, exactMatrix, exactScalar, exactScaled, exactSum, exactTimes, exactTransposed, exactZeros, nearly, ratio} from "./exact.js";
-import {inverse, mapped, rowsOf} from "./matrices.js";
+import {dot, inverse, mapped, rowsOf} from "./matrices.js";
 import {claimsOf} from "./proof.js";
 import {Reader} from "./reader.js";
 import {conditionOf, followersOf, ownerOf, requirements} from "./request.js";
-import {dot} from "./solver.js";
 import {fileOf, sizeOf, spread} from "./text.js";
 import {products, unknownsOf} from "./written.js";
 

@@ -1,7 +1,7 @@
 // Phase one and the analytic centre of LMI blocks. The numbers of
 // sections are those of Boyd and Vandenberghe (2004).
 import {Blocks} from "./blocks.js";
-import {cholesky, combined, identity, inner, inverseLower, mapped, reals, scaled, solveCholesky, symmetricEigenvalues, symmetrized, times, transposed} from "./matrices.js";
+import {cholesky, combined, dot, identity, inner, inverseLower, mapped, reals, scaled, solveCholesky, symmetricEigenvalues, symmetrized, times, transposed} from "./matrices.js";
 
 const STEP_FRACTION = 0.95;    // of the longest step that stays inside
 const LONGEST_CENTRE = 1e8;    // a norm of x beyond it is taken for infinity
@@ -20,7 +20,6 @@ export const factored = list => {
 export const rootsOf = factors => factors.map(inverseLower);
 export const inverses = roots => roots.map(N => times(transposed(N), N));
 const whitened = (N, dG) => symmetrized(times(times(N, dG), transposed(N)));
-export const dot = (x, y) => x.reduce((sum, value, k) => sum + value * y[k], 0);
 export const plus = (x, a, d) => {
   const y = reals(x.length);
   for (let k = 0; k < y.length; k++) y[k] = x[k] + a * d[k];

@@ -1,30 +1,31 @@
 // What a loop really does, whatever its LMIs promise: its H-infinity norm and the
 // largest input from an initial state.
 import {descriptors} from "./descriptor.js";
-import {combined, identity, inner, matrix, norm, place, solve, times, transposed, zeros} from "./matrices.js";
+import {combined, dot, identity, inner, matrix, norm, place, rowsOf, solve, times, transposed, zeros} from "./matrices.js";
 import {eigenvalues, exponential, lyapunov} from "./spectrum.js";
 
-// The gain of C inv(sI - A) B + through I at s = jw, by real matrices of twice the size.
-export function gainAt(A, B, C, w, through = 0) {
-  const n = A.rows, left = zeros(2 * n, 2 * n), right = zeros(2 * n, B.cols);
+// The gain of C inv(sI - A) B + through I at s = jw, a function of w: by real matrices of twice the size.
+export function gainsOf(A, B, C, through = 0) {
+  const n = A.rows, left = zeros(2 * n, 2 * n), right = place(zeros(2 * n, B.cols), 0, 0, B);
   place(place(left, 0, 0, A, -1), n, n, A, -1);
-  for (let i = 0; i < n; i++) {
-    left.at[i * 2 * n + n + i] = -w;
-    left.at[(n + i) * 2 * n + i] = w;
-  }
-  const X = solve(left, place(right, 0, 0, B));
-  if (!X) return Infinity;
-  const half = from => times(C, {rows: n, cols: B.cols, at: X.at.slice(from * B.cols, (from + n) * B.cols)});
-  const re = half(0), im = half(n), both = zeros(2 * re.rows, 2 * re.cols);
-  if (through) place(re, 0, 0, identity(re.rows, through));
-  place(place(both, 0, 0, re), re.rows, re.cols, re);
-  return norm(place(place(both, 0, re.cols, im, -1), re.rows, 0, im));
+  return w => {
+    for (let i = 0; i < n; i++) {
+      left.at[i * 2 * n + n + i] = -w;
+      left.at[(n + i) * 2 * n + i] = w;
+    }
+    const X = solve(left, right), k = n * B.cols;
+    if (!X) return Infinity;
+    const [re, im] = [0, k].map(from => times(C, {rows: n, cols: B.cols, at: X.at.subarray(from, from + k)}));
+    if (through) place(re, 0, 0, identity(re.rows, through));
+    const both = place(place(zeros(2 * re.rows, 2 * re.cols), 0, 0, re), re.rows, re.cols, re);
+    return norm(place(place(both, 0, re.cols, im, -1), re.rows, 0, im));
+  };
 }
 
 // The norm of C inv(sI - A) B. A level is too low where the Hamiltonian matrix has
 // imaginary eigenvalues; between them it is raised (Bruinsma and Steinbuch 1990).
 function hinfNorm(A, B, C) {
-  const n = A.rows, at = w => gainAt(A, B, C, w);
+  const n = A.rows, at = gainsOf(A, B, C);
   let level =
     Math.max(at(0), ...eigenvalues(A).filter(([, im]) => im >= 0).map(([re, im]) => at(Math.hypot(re, im))));
   const push = times(B, transposed(B)), out = times(transposed(C), C);
@@ -49,12 +50,10 @@ function peakInput(A, K, x0, spectrum) {
   const rates = spectrum.map(([re]) => -re);
   let most = 0;
   for (const horizon of [8 / Math.max(...spectrum.map(s => Math.hypot(...s))), 8 / Math.min(...rates)]) {
-    const forward = exponential(A, horizon / 600);
-    let x = {rows: x0.length, cols: 1, at: Float64Array.from(x0)};
-    for (let k = 0; k <= 600; k++) {
-      const u = times(K, x);
-      most = Math.max(most, Math.sqrt(inner(u, u)));
-      x = times(forward, x);
+    const forward = rowsOf(exponential(A, horizon / 600)), gain = rowsOf(K);
+    for (let k = 0, x = x0; k <= 600; k++, x = forward.map(row => dot(row, x))) {
+      const u = gain.map(row => dot(row, x));
+      most = Math.max(most, Math.sqrt(dot(u, u)));
     }
   }
   return most;

@@ -18,26 +18,53 @@ export function assembled(plain, pairs, asked, frame, gain = null) {
   const [{E, Bu, Bw, C}] = plain, reader = new Reader(NUMBERS), {env} = reader;
   const followers = followersOf(asked), sized = r => followers.includes(ownerOf(r));
   const sizes = {N: E.rows, m: Bu.cols, p: Bw.cols};
-  const said = stated(requirements(asked), sized, true, sizes), keys = keysOf(said.blocks, pairs);
+  const said = stated(requirements(asked), sized, true, sizes), called = namesOf(said, pairs, plain);
   for (const [name, x] of Object.entries(said.data)) env[name] = reader.known(x);
   for (const name of ["left", "T", "back"]) env[name] = valueOf(frame[name]);
   plain.forEach((d, k) => vertexOf(env, d, k));
   Object.assign(env, {C: valueOf(C), scale: reader.number(frame.scale)});
-  const own = name => name in said.called ? sizeName(ownerOf(said.called[name])) : name;
   const unit = name => name === "J" ? frame.own
     : name in said.called           ? (frame.sizes[ownerOf(said.called[name])] || 1) ** -2
                                     : 1;
-  const unknowns = unknownsOf(reader, said, own, unit);
+  const unknowns = unknownsOf(reader, said, called, unit);
   if (gain) {
     env.gain = valueOf(times(gain, frame.T));
     env.Y = reader.value(["mul", ["name", "gain"], ["name", "P"]]);
     unknowns.Y.rows = 0;
   }
-  const place = where => plain.length > 1 && where.length ? ` ${where.map(i => i + 1).join(",")}` : "";
-  const name = ([, name, block, ...where]) => (block || name) + place(where);
-  const called = label => label in said.called ? own(label) : name(keys.get(label));
   const text = [...said.lines.filter(line => !line.includes(".regular:")), ...said.loop].join("\n");
   return blocksOf(unknowns, reader, text, setsOf(pairs), called);
+}
+
+// What the blocks of a text are called, by their labels.
+function namesOf({blocks, called}, pairs, plain) {
+  const keys = keysOf(blocks, pairs);
+  return label => {
+    if (label in called) return sizeName(ownerOf(called[label]));
+    const [, name, block, ...where] = keys.get(label) ?? [, label], many = plain.length > 1 && where.length;
+    return (block || name) + (many ? ` ${where.map(i => i + 1).join(",")}` : "");
+  };
+}
+
+// What is asked at a point, in the plant's own coordinates: a reader, and the text that it reads.
+function pointOf(ring, value, plants, pairs, asked, sized, point) {
+  const [{E, Bu, Bw, C}] = plants, reader = new Reader(ring), {env} = reader;
+  const said = asked.text ? {lines: [asked.text], loop: [], data: asked.numbers, blocks: [], called: {}}
+                          : stated(requirements(asked), sized, false, {N: E.rows, m: Bu.cols, p: Bw.cols});
+  for (const [name, x] of Object.entries({...said.data, n: C.rows})) env[name] = reader.known(x);
+  plants.forEach((d, k) => vertexOf(env, d, k, value));
+  for (const [name, X] of Object.entries({C, ...point}))
+    if (X) env[name] = value(X);
+  return {reader, said, text: [...said.lines, ...said.loop].join("\n"), sets: asked.sets ?? setsOf(pairs)};
+}
+
+// The matrices that are stated positive at a point, by the names of their blocks.
+export function statedAt(plain, pairs, asked, {P, Y, J, sizes}) {
+  const followers = followersOf(asked), sized = r => followers.includes(ownerOf(r));
+  const {reader, said, text, sets} = pointOf(NUMBERS, valueOf, plain, pairs, asked, sized, {P, Y, J});
+  for (const label in said.called) reader.env[label] = reader.number(sizes[ownerOf(said.called[label])]);
+  const called = namesOf(said, pairs, plain), all = reader.statements(text, sets, Object.keys(reader.env));
+  return Object.fromEntries([...all].map(({name, value}) => [called(name), value.X]));
 }
 
 // The unknowns of a text, P and Y before the others; in the reader each is a multiple of itself.
@@ -144,13 +171,9 @@ function failedOf(reader, text, sets, given = []) {
 
 // The same of an exact P and J and what is asked of closed loops, exact descriptors, with this gain.
 export function unprovenOf(exactly, pairs, asked, gain, P, J) {
-  const [{Bw, C}] = exactly, reader = new Reader(FRACTIONS), {env} = reader, N = P.rows;
-  const said = stated(requirements(asked), () => false, false, {N, m: gain.rows, p: Bw.cols});
-  for (const [name, x] of Object.entries(said.data)) env[name] = reader.known(x);
-  exactly.forEach((d, k) => vertexOf(env, d, k, fractionsOf));
-  Object.assign(env, {C: fractionsOf(C), P: fractionsOf(P), Y: fractionsOf(exactTimes(gain, P))});
-  if (J) env.J = fractionsOf(J);
-  return failedOf(reader, [...said.lines, ...said.loop].join("\n"), setsOf(pairs), Object.keys(env));
+  const point = {P, Y: exactTimes(gain, P), J}, none = () => false;
+  const {reader, text, sets} = pointOf(FRACTIONS, fractionsOf, exactly, pairs, asked, none, point);
+  return failedOf(reader, text, sets, Object.keys(reader.env));
 }
 
 // The multiple of a matrix of fractions by their common denominator.

@@ -1,10 +1,10 @@
 // What the loop of a gain does at every corner, in floats: beside what is proven of it.
 import {descriptors, stateSpace} from "../../kernel/descriptor.js";
 import {combined, matrix, rowsOf, times} from "../../kernel/matrices.js";
-import {gainAt} from "../../kernel/truth.js";
+import {gainsOf} from "../../kernel/truth.js";
 
 import {clean} from "./kit.js";
-import {apply, block, eigenvalues, eye, pushed, scale, solve, transpose, zeros} from "./linalg.js";
+import {apply, block, dot, eigenvalues, eye, pushed, scale, solve, transpose, zeros} from "./linalg.js";
 
 const STEPS = 800, LONG = 8;  // of a motion, and how many time constants it lasts
 const NEAR = 0.02;            // of the set point: settled
@@ -25,14 +25,11 @@ export function rest({M, S, B}, U, r) {
   return z.map(x => Math.abs(x) < NOTHING * most ? 0 : Number(x.toPrecision(9)));
 }
 
-// A motion x' = A x + b from rest, [t, x] at equal times.
-const motion = (A, b, horizon) => pushed(A, b, horizon, STEPS).map((x, k) => [k * horizon / STEPS, x]);
-
 // The largest sensitivity at the plant's input.
 function sensitivity(A, B, K, poles) {
   const sizes = poles.map(s => Math.hypot(...s)), low = Math.min(...sizes) / 10,
         high = Math.max(...sizes) * 10;
-  const at = p => gainAt(A, B, K, low * (high / low) ** p, 1);
+  const gain = gainsOf(A, B, K, 1), at = p => gain(low * (high / low) ** p);
   const places = Array.from({length: FREQUENCIES + 1}, (_, k) => k / FREQUENCIES), gains = places.map(at);
   let most = Math.max(...gains), p = places[gains.indexOf(most)], step = 1 / FREQUENCIES;
   for (let k = 0; k < 2 * HALVINGS; k++) {
@@ -55,6 +52,7 @@ export function judged(request, K, r, at) {
   const goals = U.length ? U : eye(n),
         worst = {settled: 0, overshoot: 0, input: 0, load: 0, rest: 0, peak: 1};
   const more = (name, x) => { worst[name] = Math.max(worst[name], x); };
+  const most = (run, size) => run.reduce((most, x) => Math.max(most, size(x)), 0);
   for (const d of descriptors(request)) {
     const [A0, B0, W0] = stateSpace(d), gain = matrix(K), loop = combined(1, A0, 1, times(B0, gain));
     const A = rowsOf(loop), poles = eigenvalues(A);
@@ -64,22 +62,23 @@ export function judged(request, K, r, at) {
     const push = apply(K, atRest(request, at)).map(x => -x);
     const b = apply(rowsOf(B0), push).map((x, i) => x - (i < 2 * n ? 0 : r[i - 2 * n] ?? 0));
     for (const horizon of [fast, slow]) {
-      const run = motion(A, b, horizon), y = x => apply(goals, x.slice(0, n));
-      for (const [, x] of run) {
-        more("input", Math.hypot(...apply(K, x).map((u, i) => u + push[i])));
-        y(x).forEach((z, i) => {
-          if (r[i]) more("overshoot", z / r[i] - 1);
-        });
-      }
+      const run = pushed(A, b, horizon, STEPS), y = run.map(x => goals.map(row => dot(row, x)));
+      more("input", most(run, x => Math.hypot(...K.map((row, i) => dot(row, x) + push[i]))));
+      r.forEach((goal, i) => {
+        if (goal) more("overshoot", most(y, z => z[i] / goal - 1));
+      });
       if (horizon !== slow) continue;
-      const late = run.findLast(([, x]) => y(x).some((z, i) => Math.abs(z - r[i]) > NEAR * Math.abs(r[i])));
-      more("settled", late ? late[0] : 0);
+      const late = y.findLastIndex(z => z.some((x, i) => Math.abs(x - r[i]) > NEAR * Math.abs(r[i])));
+      more("settled", Math.max(0, late) * horizon / STEPS);
     }
+    const size = x => {
+      let most = 0;
+      for (let i = 0; i < n; i++) most = Math.max(most, Math.abs(x[i]));
+      return most;
+    };
     for (const w of transpose(rowsOf(W0)).filter(column => column.length)) {
-      const size = x => Math.max(...x.slice(0, n).map(Math.abs));
       more("rest", size(solve(A, w.map(x => [-x])).flat()));
-      for (const horizon of [fast, slow])
-        for (const [, x] of motion(A, w, horizon)) more("load", size(x));
+      for (const horizon of [fast, slow]) more("load", most(pushed(A, w, horizon, STEPS), size));
     }
     more("peak", sensitivity(loop, B0, gain, poles));
   }

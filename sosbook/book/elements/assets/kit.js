@@ -104,6 +104,12 @@ export function drag(field, begin, move) {
   for (const over of ["pointerup", "pointercancel"]) field.addEventListener(over, () => { held = null; });
 }
 
+// Attributes of a node, of which only those are written that differ.
+export function attributes(node, wanted) {
+  for (const [name, value] of Object.entries(wanted))
+    if (node.getAttribute(name) !== String(value)) node.setAttribute(name, value);
+}
+
 // The height of the tallest of some texts in a box.
 export function tallest(box, texts) {
   const probe = box.cloneNode();
@@ -248,10 +254,6 @@ export class PageElement extends HTMLElement {
     box.innerHTML = html;
     for (const part of this.view.querySelectorAll(".sos-readout, .sos-panel")) part.dataset.digest = digest;
     this.settle();
-    if (this.longest && box.getBoundingClientRect().height > this.tall + 0.01) {
-      this.longest.push(html);
-      this.room();
-    }
   }
 
   // What the readout may say as well, a list of HTML.
@@ -275,11 +277,16 @@ export class PageElement extends HTMLElement {
       return count[kind] <= LONGEST;
     });
     this.sizes?.disconnect();
-    this.sizes = new ResizeObserver(() => {
-      if (this.find("readout").offsetWidth !== this.wide) this.room();
-    });
+    this.sizes = new ResizeObserver(() => this.resized());
     this.sizes.observe(this.find("readout"));
     this.room();
+  }
+
+  // After all is laid out, so that nothing is laid out twice.
+  resized() {
+    const box = this.find("readout"), longer = box.getBoundingClientRect().height > this.tall + 0.01;
+    if (longer) this.longest.push(box.innerHTML);
+    if (longer || box.offsetWidth !== this.wide) this.room();
   }
 
   room() {

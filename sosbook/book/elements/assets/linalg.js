@@ -6,14 +6,22 @@ import * as spectrum from "../../kernel/spectrum.js";
 const {matrix, rowsOf} = kernel;
 const onRows = f => (...given) => rowsOf(f(...given.map(X => matrix(X))));
 
-export const make = (n, m, entry) =>
-  Array.from({length: n}, (_, i) => Array.from({length: m}, (_, j) => entry(i, j)));
+export function make(n, m, entry) {
+  const A = [];
+  for (let i = 0; i < n; i++) {
+    A.push([]);
+    for (let j = 0; j < m; j++) A[i].push(entry(i, j));
+  }
+  return A;
+}
 export const eye = n => make(n, n, (i, j) => i === j ? 1 : 0);
 export const zeros = (n, m) => make(n, m, () => 0);
 export const transpose = A => make(A[0].length, A.length, (i, j) => A[j][i]);
-export const mul = (...factors) => factors.reduce(
-  (A, B) => make(A.length, B[0].length, (i, j) => A[i].reduce((sum, a, k) => sum + a * B[k][j], 0)));
-export const dot = (x, y) => x.reduce((sum, a, k) => sum + a * y[k], 0);
+export const mul = (...factors) => factors.reduce((A, B) => {
+  const columns = transpose(B);
+  return A.map(row => columns.map(column => dot(row, column)));
+});
+export const dot = kernel.dot;
 export const combine = (a, A, b, B) => A.map((row, i) => row.map((x, j) => a * x + b * B[i][j]));
 export const add = (A, B) => combine(1, A, 1, B);
 export const scale = (a, A) => A.map(row => row.map(x => a * x));
@@ -56,9 +64,12 @@ export function held(A, B, T) {
 // Samples of x' = A x + B u, exact for an input that is held from one to the next.
 export function samples(A, B, x, inputs, T) {
   const [Phi, Gamma] = held(A, B, T), all = [x];
+  let last = null, driven = [];
   for (const u of inputs) {
-    const [free, driven] = [apply(Phi, all.at(-1)), apply(Gamma, u)];
-    all.push(free.map((value, i) => value + driven[i]));
+    if (u !== last) driven = apply(Gamma, last = u);
+    const next = driven.slice();
+    for (let i = 0; i < next.length; i++) next[i] += dot(Phi[i], x);
+    all.push(x = next);
   }
   return all;
 }

@@ -185,12 +185,7 @@ export class Mover extends PageElement {
 
   settle() {
     super.settle();
-    if (this.words === undefined) return;
-    speak(this);
-    if (this.verdicts && this.find("say em").getBoundingClientRect().height > this.high + 0.01) {
-      this.verdicts.push(this.words);
-      this.room();
-    }
+    if (this.words !== undefined) speak(this);
   }
   // A verdict ends the sentence; what more there is stands below.
   tell(status, words, html) {
@@ -226,6 +221,17 @@ export class Mover extends PageElement {
     const said = this.said();
     this.verdicts = said.map(([words]) => words);
     return said.map(([, html]) => html);
+  }
+  reserve() {
+    super.reserve();
+    this.sizes.observe(this.find("say em"));
+  }
+  resized() {
+    if (this.find("say em").getBoundingClientRect().height > this.high + 0.01) {
+      this.verdicts.push(this.words);
+      this.room();
+    }
+    super.resized();
   }
   room() {
     super.room();

@@ -110,10 +110,12 @@ export class Sentences {
 
   // Its words in order: {text}, and {slot, clause, shown} for each number that they hold.
   get pieces() {
+    if (this.all) return this.all;
     const said = this.clauses, others = this.others();
     const more = others.length ? [[{text: TABLE.end.replace("{}", others.join(", "))}]] : [];
     const clauses = [...said.values(), ...more].flatMap((parts, k) => [{text: k ? ", " : " "}, ...parts]);
-    return [...this.subject(), ...clauses];
+    this.all = [...this.subject(), ...clauses];
+    return this.all;
   }
   // The parts of each clause that is said, by its key.
   get clauses() {

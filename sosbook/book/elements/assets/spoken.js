@@ -1,6 +1,6 @@
 // The sentence of an element, whose numbers are its controls: typed, dragged, or stepped by arrows,
 // or moved by the ruler below.
-import {escape, number as decimal, options, QUIET} from "./kit.js";
+import {attributes, escape, number as decimal, options, QUIET} from "./kit.js";
 import {shownOf} from "./sentence.js";
 
 const DRAG = 0.006, FAR = 4;   // of a number, for a pixel; pixels that are a drag
@@ -71,7 +71,7 @@ const numbers = form => [...form.find("say").querySelectorAll(".sos-num")];
 const field = (form, key) => numbers(form).find(({dataset}) => dataset.bound === key);
 
 export function speak(form, force = false) {
-  const {sentences, ending: [join, word], pieces} = form, {names} = sentences, line = form.find("say");
+  const {ending: [join, word], pieces, sentences: {names}} = form, line = form.find("say");
   const active = document.activeElement, units = unitsOf(names), end = line.querySelector("em");
   const known = ({text, slot, shown, choices}) => text ??
     (choices                      ? [slot, choices]
@@ -105,14 +105,17 @@ export function speak(form, force = false) {
           typing = (input.held || (input === document.activeElement && input.clause)) && !force;
     const unit = units.find(unit => after.startsWith(` ${unit}`));
     if (!typing) {
+      if (input.value !== shown) input.value = shown;
       const taken = input === document.activeElement;
-      Object.assign(input, {value: shown, clause: taken ? clause : undefined, held: false});
+      Object.assign(input, {clause: taken ? clause : undefined, held: false});
     }
     input.now = clause;
-    input.style.minWidth = `${scaleOf(form, input.dataset.slot, typed(input.value)).widest}ch`;
-    input.style.setProperty("--n", String(Math.max(1, input.value.length)));
-    input.setAttribute("aria-valuenow", String(typed(shown)));
-    input.setAttribute("aria-valuetext", shown + (unit ? ` ${unit}` : AFTER.exec(after)?.[0] ?? ""));
+    const {widest} = scaleOf(form, input.dataset.slot, typed(input.value));
+    attributes(input, {
+      style: `min-width:${widest}ch;--n:${Math.max(1, input.value.length)}`,
+      "aria-valuenow": typed(shown),
+      "aria-valuetext": shown + (unit ? ` ${unit}` : AFTER.exec(after)?.[0] ?? "")
+    });
   }
   for (const part of line.querySelectorAll("[data-choice]")) {
     const {choices, shown, off = false} = pieces.find(({slot}) => slot === part.dataset.choice);
@@ -120,9 +123,9 @@ export function speak(form, force = false) {
     if (choices === true) part.checked = shown === part.closest("label").textContent.trim();
     else part.selectedIndex = choices.indexOf(shown);
   }
-  end.className = `sos-${form.kind}`;
+  attributes(end, {class: `sos-${form.kind}`});
   if (end.textContent !== word) end.textContent = word;
-  form.setAttribute("aria-label", `${form.data.title}. ${form.sentence}`);
+  attributes(form, {"aria-label": `${form.data.title}. ${form.sentence}`});
   measure(form);
 }
 const held = (line, active) => line.contains(active)
@@ -149,9 +152,11 @@ function measure(form) {
   const {slot} = number?.dataset ?? {}, scale = number && scaleOf(form, slot, now), at = scale?.at(now);
   [input, less, more].forEach(part => { part.disabled = !isFinite(at ?? NaN); });
   if (less.disabled) return;
-  ruler.querySelector("label").textContent = number.getAttribute("aria-label");
-  Object.assign(input, {min: scale.low, max: scale.high, value: at});
-  input.setAttribute("aria-valuetext", number.getAttribute("aria-valuetext"));
+  const [name, words] = ["aria-label", "aria-valuetext"].map(name => number.getAttribute(name));
+  const label = ruler.querySelector("label");
+  if (label.textContent !== name) label.textContent = name;
+  attributes(input, {min: scale.low, max: scale.high, "aria-valuetext": words});
+  input.value = at;
   for (const one of numbers(form)) one.classList.toggle("sos-taken", one === number);
 }
 

@@ -152,7 +152,12 @@ export class Wish extends DesignElement {
   get named() { return {...this.bounds}; }
   get address() { return {...this.named, ...this.wrong}; }
   get asks() { return python.asks(this.data, this.named); }
-  get sentences() { return python.sentences(this.asks, this.data, rest); }
+  // The words of what is asked, made once.
+  get sentences() {
+    const {asks} = this, key = JSON.stringify(asks);
+    if (key !== this.said?.key) this.said = {key, words: python.sentences(asks, this.data, rest)};
+    return this.said.words;
+  }
   get pieces() { return this.sentences.pieces; }
   get sentence() { return String(this.sentences); }
   get program() { return python.design(this.data, this.named, rest); }
