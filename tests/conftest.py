@@ -148,26 +148,29 @@ def gcc():
 
 @pytest.fixture(scope="session")
 def rows(tmp_path_factory):
-    """The rows of the reproduction; what one worker has computed all of a run read."""
+    """The rows of the reproduction."""
+    return computed_once(tmp_path_factory, "rows")
+
+
+@pytest.fixture(scope="session")
+def errata(tmp_path_factory):
+    """The corrections of the thesis."""
+    return computed_once(tmp_path_factory, "errata")
+
+
+def computed_once(tmp_path_factory, name):
+    """What ``reproduction`` computes; all workers of a run read what one has."""
     from sosbook.book import reproduction
 
     folder = tmp_path_factory.getbasetemp()
     if "PYTEST_XDIST_WORKER" in os.environ:
         folder = folder.parent
-    path = folder / "rows.pickle"
+    path = folder / f"{name}.pickle"
     if not path.exists():
         part = path.with_suffix(f".{os.getpid()}")
-        part.write_bytes(pickle.dumps(reproduction.rows()))
+        part.write_bytes(pickle.dumps(getattr(reproduction, name)()))
         part.replace(path)
     return pickle.loads(path.read_bytes())
-
-
-@pytest.fixture(scope="session")
-def errata():
-    """The corrections of the thesis."""
-    from sosbook.book import reproduction
-
-    return reproduction.errata()
 
 
 def wait_for(outcome, seconds=600):

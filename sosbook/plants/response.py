@@ -96,20 +96,20 @@ def simulate(d, K, t, r=None, w=None, x0=None, K_A=None, precise=False):
         loud[N + 1, N + 2], loud[N + 2, N + 1] = omega, -omega
     corners = [s for s in (on, off, *r.times) if 0 < s < t[-1]]
     nodes = np.unique(np.concatenate([t, corners]))
-    x = np.empty((N, len(nodes)))
-    x[:, 0] = x0
-    cache = {}
-    for k, (now, then) in enumerate(zip(nodes, nodes[1:])):
-        active, piece = on <= now < off, r.index(now)
-        key = (active, piece, f"{then - now:.11e}")
+    active, piece = (on <= nodes) & (nodes < off), r.index(nodes)
+    phase = (0.0 if w is None else w.omega) * nodes
+    joined = np.empty((N + 3, len(nodes)))
+    joined[:N, 0], joined[N:] = x0, [nodes**0, np.sin(phase), np.cos(phase)]
+    spans, cache = np.diff(nodes), {}
+    rounded = {span: f"{span:.11e}" for span in np.unique(spans)}
+    for k, span in enumerate(spans.tolist()):
+        key = (active[k], piece[k], rounded[span])
         if key not in cache:
-            generator = (loud if active else quiet).copy()
-            generator[:N, N] += pushes[piece]
-            cache[key] = flow(generator, then - now)
-        phase = 0.0 if w is None else w.omega * now
-        joined = np.concatenate([x[:, k], [1, np.sin(phase), np.cos(phase)]])
-        x[:, k + 1] = (cache[key] @ joined)[:N]
-    x = x[:, np.searchsorted(nodes, t)]
+            generator = (loud if active[k] else quiet).copy()
+            generator[:N, N] += pushes[piece[k]]
+            cache[key] = flow(generator, span)
+        joined[:N, k + 1] = (cache[key] @ joined[:, k])[:N]
+    x = joined[:N, np.searchsorted(nodes, t)]
     values = np.zeros((p, len(t)))
     if w is not None:
         values[:] = w(t)

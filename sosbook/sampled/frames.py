@@ -20,7 +20,7 @@ __all__ = ["with_frames"]
 
 WEIGHTS = 0, 0.03, 0.1, 0.3, 1, 3, 10, 100, 1e4  # of the motion, in a frame
 SCALES = 1, 0.1, 10, 0.01, 100  # of the inputs, beside the plant's states
-BALANCES = 60  # times that rows and columns are made alike
+BALANCES, BALANCED = 60, 1e-9  # times that rows and columns are made alike; how far
 MOST_BOXES, DEEPEST = 600, 10  # that are tried; then balls decide alone
 ROOM = 1e-12  # that floats must see in a block which is proven
 R_DIGITS = 12
@@ -166,20 +166,23 @@ class _Writer:
         into = np.vstack([base @ acting[:N], acting[N : N + m] + acting[N + m :]])
         out = np.hstack([L[:, :N] @ Ri, np.zeros((len(L), m))])
         into, out = np.linalg.norm(into, axis=1), np.linalg.norm(out, axis=0)
-        d = np.ones(N + m)
-        apart = ~np.eye(N + m, dtype=bool)
         small = 1e-3 if weight else 1.0
+        moves = (weight * T * G) ** 2
+        np.fill_diagonal(moves, 0.0)
+        into, out = (small * into) ** 2, (small * out) ** 2
+        d = np.ones(N + m)  # squares of the units
         for _ in range(BALANCES):
+            before = d.copy()
             for i in range(N + m):
-                rows, columns = (G[i] / d)[apart[i]], (G[:, i] * d)[apart[i]]
-                move = (weight * T) ** 2
-                row = np.sqrt(move * (rows @ rows) + (small * into[i]) ** 2) * d[i]
-                column = np.sqrt(move * (columns @ columns) + (small * out[i]) ** 2)
-                column /= d[i]
+                row = moves[i] @ (1 / d) + into[i]
+                column = moves[:, i] @ d + out[i]
                 if row > 0 and column > 0:
-                    d[i] *= np.sqrt(column / row)
+                    d[i] = np.sqrt(column / row)
                 elif i >= N and row > 0:
-                    d[i] = 1 / max(into[i], 1e-30)
+                    d[i] = 1 / max(into[i] / small**2, 1e-60)
+            if abs(d / before - 1).max() < BALANCED:
+                break
+        d = np.sqrt(d)
         R = round_digits(np.diag(d[:N]) @ base, R_DIGITS)
         return R, np.exp(np.log(d[N:]).mean())
 

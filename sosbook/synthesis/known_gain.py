@@ -147,7 +147,8 @@ def _moved(plants, worse, best):
         for k, way in product(range(plants.dimension), (step, -step)):
             moved = best.point.copy()
             moved[k] += way
-            best = worse([plants.inside(moved)], best)
+            if ((moved := plants.inside(moved)) != best.point).any():
+                best = worse([moved], best)
         yield best
         step /= 1 if best.kept < before.kept else 2
         if step < SHORTEST:
