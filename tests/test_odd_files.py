@@ -15,6 +15,7 @@ import scipy.io
 import scipy.sparse as sp
 
 import sosbook
+from sosbook.book.elements.bench import bench
 from sosbook.plants import load_plant
 from sosbook.proofs.command import main
 from tests.processes import process
@@ -23,12 +24,20 @@ from tests.test_punch import arguments_in, model
 ASSETS = Path(sosbook.__file__).parent / "book" / "elements" / "assets"
 ONE = {name: b"2" for name in "MDSB"}
 READ = """globalThis.HTMLElement = class {{}};
-const {{read}} = await import({module});
-const results = [];
+const {{read}} = await import({module}), check = await import({checks});
+Object.assign(check.refusals, {refusals});
+const results = [], suspicion = ({{fields}}) => {{
+  const matrix = name => [name, check.parsed(name, fields[name] ?? "")];
+  try {{ return check.plant(Object.fromEntries([..."MDSBFU"].map(matrix))); }}
+  catch {{ return ""; }}
+}};
 for (const files of {files}) {{
   const given = files.map(([name, content]) =>
     new File([Uint8Array.from(atob(content), c => c.charCodeAt(0))], name));
-  try {{ results.push(await read(given)); }}
+  try {{
+    const found = await read(given);
+    results.push({{...found, odd: suspicion(found)}});
+  }}
   catch (error) {{ results.push(error.message); }}
 }}
 console.log(JSON.stringify(results));
@@ -166,7 +175,8 @@ LISTED = {
 
 
 def said(folder, cases):
-    """What the page says of each case: fields and what is left out, or an error."""
+    """What the page says of each case: fields, what is left out and what the form
+    warns of, or an error."""
     deno = shutil.which("deno", path=Path(sys.executable).parent)
     if deno is None:
         pytest.skip("deno isn't installed: pip install deno")
@@ -174,8 +184,11 @@ def said(folder, cases):
         [[name, base64.b64encode(x).decode()] for name, x in files.items()]
         for files in cases
     ]
-    module = json.dumps((ASSETS / "files.js").as_uri())
-    text = READ.format(module=module, files=json.dumps(given))
+    module, checks = (
+        json.dumps((ASSETS / f).as_uri()) for f in ("files.js", "checks.js")
+    )
+    refusals, given = json.dumps(bench().data["refusals"]), json.dumps(given)
+    text = READ.format(module=module, checks=checks, refusals=refusals, files=given)
     (folder / "read.js").write_text(text, "utf-8")
     done = process(deno, "run", "--no-lock", "--allow-read", folder / "read.js")
     assert done.returncode == 0, done.stderr
@@ -209,7 +222,8 @@ def test_page_and_package_read_alike(case, page, tmp_path):
         assert rows == getattr(plant, name).tolist()
     assert bool(left) == any("left out" in str(w.message) for w in seen)
     assert all(left in str(w.message) for w in seen)
-    assert bool(odd) == any("is it half of a" in str(w.message) for w in seen)
+    half = "is it half of a"
+    assert (half in odd) == any(half in str(w.message) for w in seen)
 
 
 def test_tables_of_entries_are_for_the_package(tmp_path, monkeypatch):

@@ -42,18 +42,13 @@ export function mixtures(request, points, ring) {
   });
 }
 
-const corners = ([low, high]) =>
+/** @type {(cell: any) => any} */
+export const corners = ([low, high]) =>
   low.reduce((list, x, j) => list.flatMap(t => [...new Set([x, high[j]])].map(y => [...t, y])), [[]]);
 
-// Coordinates in which the motion of a mean loop, a little less damped, is as large everywhere, or in which
-// what its motions still cost is.
-function frameOfLoop(d, gain, asked) {
-  const [F, , Bw] = stateSpace(d), N = F.rows, unit = Array(N).fill(1);
-  if (asked.cost !== undefined) {
-    const effort = times(transposed(gain), times(matrix(asked.R), gain));
-    const X = lyapunov(F, combined(1, matrix(asked.Q), 1, effort)), L = X && cholesky(X);
-    if (L) return framed(transposed(inverseLower(L)));
-  }
+// Units of the states in which the rows of F are as long as its columns.
+export function unitsOf(F) {
+  const N = F.rows, unit = Array(N).fill(1);
   for (let count = 0; count < 10; count++)
     for (let i = 0; i < N; i++) {
       let row = 0, column = 0;
@@ -64,6 +59,18 @@ function frameOfLoop(d, gain, asked) {
       }
       if (row && column) unit[i] *= Math.sqrt(row / column);
     }
+  return unit;
+}
+
+// Coordinates in which the motion of a mean loop, a little less damped, is as large everywhere, or in which
+// what its motions still cost is.
+function frameOfLoop(d, gain, asked) {
+  const [F, , Bw] = stateSpace(d), N = F.rows, unit = unitsOf(F);
+  if (asked.cost !== undefined) {
+    const effort = times(transposed(gain), times(matrix(asked.R), gain));
+    const X = lyapunov(F, combined(1, matrix(asked.Q), 1, effort)), L = X && cholesky(X);
+    if (L) return framed(transposed(inverseLower(L)));
+  }
   const slow = Math.max(...eigenvalues(F).map(([re]) => re)) / 2;
   const P =
     lyapunov(transposed(mapped(F, (x, i, j) => x * unit[j] / unit[i] - (i === j ? slow : 0))), identity(N));

@@ -161,12 +161,11 @@ class Bench extends Searched {
     const names = [...files].map(({name}) => name).join(", "), source = this.find("source");
     const mine = this.chosen = [...files];
     try {
-      const {fields, left, odd, words} = await read(mine);
+      const {fields, left, words} = await read(mine);
       if (mine !== this.chosen) return;  // others were chosen meanwhile
       this.file = {texts: fields, words};
       this.open(fields);
-      source.textContent =
-        `Read from ${names}.${left && ` Without a field, and left out: ${left}.`}${odd ? ` But ${odd}` : ""}`;
+      source.textContent = `Read from ${names}.${left && ` Without a field, and left out: ${left}.`}`;
     } catch (error) {
       if (mine !== this.chosen) return;
       source.textContent = words(error, `${names}: `);

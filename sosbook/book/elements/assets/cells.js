@@ -5,6 +5,7 @@
 // there, inv(E) A Q + Q A' inv(E') + 2 sigma Q < 0 in all of it. `loop(point, ring)` is [E, A].
 import {rounded} from "../../kernel/descriptor.js";
 import {definite, EXACT} from "../../kernel/exact.js";
+import {corners, unitsOf} from "../../kernel/law.js";
 import {cholesky, FLOATS, identity, mapped, matrix, rowsOf, transposed} from "../../kernel/matrices.js";
 import {lyapunov} from "../../kernel/spectrum.js";
 
@@ -13,14 +14,9 @@ import {combine, eigenvalues, rightmost, solve} from "./linalg.js";
 
 const SHARES = [0.5, 0.9];  // of the way from the claim to the truth: where Q is sought
 const DIGITS = 10;          // of Q
-const HALVINGS = 10;        // of units, which bring rows and columns to one size
 
 /** @type {(cell: any) => any} */
 export const middle = ([low, high]) => low.map((x, k) => Number(((x + high[k]) / 2).toPrecision(12)));
-// Without those that repeat others, where a range has no length.
-/** @type {(cell: any) => any} */
-export const corners = ([[a, b], [c, d]]) =>
-  (a < c ? [a, c] : [a]).flatMap(x => (b < d ? [b, d] : [b]).map(y => [x, y]));
 
 // The matrix X + p P + q Q + p q R of four lists of rows.
 /** @type {(parts: any, point: any, ring: any) => any} */
@@ -44,7 +40,7 @@ export const decreasing = ([E, A, Q], sigma, ring) => {
 // Whether one Q proves the decay in a cell: that of the loop in its middle, of less decay.
 function kept(loop, cell, sigma) {
   const points = corners(cell), free = quotient(loop, middle(cell)), N = free.length;
-  const room = -rightmost(eigenvalues(free)) - sigma, unit = units(free);
+  const room = -rightmost(eigenvalues(free)) - sigma, unit = unitsOf(matrix(free));
   if (!(room > 0)) return false;
   return SHARES.some(share => {
     const scaled =
@@ -57,18 +53,6 @@ function kept(loop, cell, sigma) {
       definite(exact) &&
       points.every(point => definite(decreasing([...loop(point, EXACT), exact], sigma, EXACT)));
   });
-}
-
-// Units of the states in which the rows of A are as long as its columns.
-function units(A) {
-  const unit = A.map(() => 1);
-  for (let count = 0; count < HALVINGS; count++)
-    A.forEach((_, i) => {
-      const sum = f => A.reduce((all, _, j) => i === j ? all : all + Math.abs(f(j)), 0);
-      const row = sum(j => A[i][j] * unit[j] / unit[i]), column = sum(j => A[j][i] * unit[i] / unit[j]);
-      if (row && column) unit[i] *= Math.sqrt(row / column);
-    });
-  return unit;
 }
 
 // Two halves: the parameter is cut that moves a matrix most.

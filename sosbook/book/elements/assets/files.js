@@ -171,7 +171,7 @@ function byPackage(name, kind, many = false) {
 }
 
 // The matrices of the fields among those that are there: K and C may be S and D, and those of a struct
-// serve where there is no plant beside it. `left` are others, `odd` is what may be wrong.
+// serve where there is no plant beside it. `left` are others.
 function chosen(given, name) {
   const known = [...NAMES, "K", "C", "A", "ABCD"], all = Object.keys(given);
   const within = ["", ...new Set(all.flatMap(name => name.match(/^.*?\./) ?? []))].map(start => {
@@ -212,18 +212,7 @@ function chosen(given, name) {
   const left = all.filter(name => !name.startsWith(start) ||
       !used.includes(large ? name.slice(start.length) : name.slice(start.length).toUpperCase()));
   const matrices = NAMES.filter(name => plant[name]?.[0].length).map(name => [name, plant[name]]);
-  return {matrices: Object.fromEntries(matrices), left: left.join(", "), odd: halves(plant)};
-}
-
-// Which of M, D and S have entries on one side of the diagonal alone; of two rows one may.
-function halves(plant) {
-  const odd = ["M", "D", "S"].flatMap(name => {
-    const sides = new Set(plant[name].flatMap(
-      (row, i) => row.flatMap((x, j) => x && i !== j ? [i < j ? "above" : "below"] : [])));
-    return sides.size === 1 ? [`all entries of ${name} beside its diagonal are ${[...sides]} it`] : [];
-  });
-  return odd.length < (plant.M.length === 2 ? 2 : 1) ? ""
-                                                     : `${odd.join("; ")}: is it half of a symmetric matrix?`;
+  return {matrices: Object.fromEntries(matrices), left: left.join(", ")};
 }
 
 // What JSON holds: no key comes twice, and each number is near a float.

@@ -1,6 +1,8 @@
 // A turntable whose payload and its place are known by ranges, and a gain that is known:
 // the box of plants is proven cell by cell, or a plant of it breaks the claim.
-import {affine, corners, covering, drawn, ends, middle, quotient} from "./cells.js";
+import {corners} from "../../kernel/law.js";
+
+import {affine, covering, drawn, ends, middle, quotient} from "./cells.js";
 import {clean, complex, define, round} from "./kit.js";
 import {eigenvalues, rightmost, samples} from "./linalg.js";
 import {Mover, number} from "./mover.js";

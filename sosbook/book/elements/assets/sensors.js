@@ -1,7 +1,9 @@
 // A motor that turns a load by a shaft which gives: the reader ticks what is measured, and drags
 // the shaft, and the ranges of load and shaft. Gains are searched here, then proven for all of
 // these plants.
-import {corners, covering, drawn, ends, middle, quotient} from "./cells.js";
+import {corners} from "../../kernel/law.js";
+
+import {covering, drawn, ends, middle, quotient} from "./cells.js";
 import {clamp, clean, complex, define, drag, round} from "./kit.js";
 import {eigenvalues, mul, rightmost, samples, spectralRadius, trace} from "./linalg.js";
 import {Mover, number, series, wide} from "./mover.js";
