@@ -163,3 +163,50 @@ def test_play_keeps_a_proven_drive_swinging_and_the_header_says_so():
     assert any(cycle.corner == 1 for cycle in predicted_cycles(c, backlash=play))
     text = " ".join(simulated(c, steps_of(c)))
     assert "friction and play (backlash) can keep a proven loop" in text
+
+
+def shaft(J2):
+    """Hardly damped, with numbers of its own: 120 N m/rad, 12 N m are there."""
+    return sos.SecondOrderSystem(
+        np.diag([0.012, J2]), [[0.03, -0.03], [-0.03, 0.03]],
+        [[120, -120], [-120, 120]], [[1], [0]], coordinates=["motor", "load"],
+    )  # fmt: skip
+
+
+@functools.cache
+def observed():
+    design = sos.design_pid(
+        sos.Uncertain(shaft, J2=(0.02, 0.05)), [[1, 0]],
+        region=sos.PoleRegion(settling_time=0.5, rho=400),
+        saturation=sos.Saturation(None, [1, 1, 0, 0, 0]), minimize="u_max",
+    )  # fmt: skip
+    return design.controller(["motor"], T=0.002, delay=0.002)
+
+
+@pytest.mark.parametrize("whole", [False, True])
+def test_a_move_says_when_its_output_arrives(whole):
+    """Sixty radians: the set point is there long before the load may be."""
+    c = observed().set_point(r=[[1], [1]]) if whole else observed()
+    move = c.motions.move(60, u_max=11.5, output="load")
+    r, late_by = move.profile.points(60), []
+    for J2 in (0.02, 0.03, 0.05):
+        F, g, _ = late(c, shaft(J2))
+        x, away = np.zeros(len(F)), []
+        for goal in [*r, *[60.0] * 600]:
+            away.append(abs(x[1] - 60))
+            x = F @ x + g * goal
+        late_by.append(c.T * (np.flatnonzero(np.array(away) > 0.02 * 60)[-1] + 1))
+    assert move.duration < max(late_by) <= move.arrival.proven
+    assert move.arrival.proven <= max(late_by) + 4 * c.T
+    assert "within 2 % of its way after at most 1." in str(move)
+    assert (move.error.proven < 2) == whole
+    assert c.motions.move(1, u_max=11.5, output="load'").arrival is None
+
+
+def test_a_weight_that_changes_nothing_is_said():
+    """It was asked for b = inf: the load hardly overshoots whatever b is."""
+    c = observed()
+    calm = c.bounds.weights(overshoot=0.05, effort=11.0, output="load")
+    assert calm.bounds.step_response(output="load").overshoot.proven < 0.05
+    with pytest.raises(ValueError, match="b changes nothing here"):
+        c.bounds.weights(overshoot=0.05, effort=1.0, output="load")

@@ -40,6 +40,7 @@ from .step_bounds import Row
 from .tube import SAFE, _gamma
 
 MOST_CELLS = 64
+AHEAD = 3  # ticks before a motion, in which its differences begin
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,26 +96,45 @@ class Kernel:
         """A bound of |h (x - x_r r)|, or of |u|, at all ticks of one motion r, which
         begins and ends at rest; without ``proven`` what is seen at the corners.
         """
-        moves = [np.concatenate([[r[0]] * 3, r, [r[-1]] * 4])]
+        return min(float(x.max()) for x in self._courses(r, T, proven))
+
+    def arrival(self, r, T, band, proven=True):
+        """Seconds of the motion r after which all ticks are within a ``band``, as of
+        `largest`; None where no bound says so.
+        """
+        found = []
+        for course in self._courses(r, T, proven):
+            beyond = np.flatnonzero(course > band)
+            if not len(beyond) or beyond[-1] < len(course) - 1:
+                found.append((max([*beyond[-1:], AHEAD - 1]) + 1 - AHEAD) * T)
+        return min(found, default=None)
+
+    def _courses(self, r, T, proven):
+        """(ticks,) a bound of the size at each tick, `AHEAD` before r and on, by each
+        bound of the theorem; the last is of all later ticks.
+        """
+        moves = [np.concatenate([[r[0]] * AHEAD, r, [r[-1]] * 4])]
         for _ in range(3):
             moves.append(np.diff(moves[-1]) / T)
         size = np.array([abs(x).max() for x in moves])
         blur = (SAFE - 1) * size + 8 * 2.0**-52 * abs(r).max() / T ** np.arange(4)
         if not proven:
-            return self._by(2, moves, T)
+            return [self._by(2, moves, T)]
         doubts = [self._doubt(k, T) @ blur + self.spare[k] @ size for k in range(3)]
-        return float(SAFE * min(self._by(k, moves, T) + doubts[k] for k in range(3)))
+        return [SAFE * (self._by(k, moves, T) + doubts[k]) for k in range(3)]
 
     def _by(self, k, moves, T):
-        """The largest at the corners, by bound k, of the ``moves`` r, v, a and j."""
-        most, count = 0.0, 3 - k
+        """(ticks,) the size at the worst corner, by bound k, of the ``moves`` r, v, a
+        and j; zero at last.
+        """
+        found, count = [], 3 - k
         for now, later in zip(self.now.T, self.later[k].T):
             u = np.zeros(len(moves[count]) + len(later))
             for share, move in zip(now[:count], moves):
                 u[: len(move)] += share * move
             u[1:] -= T * fftconvolve(moves[count], later)[: len(u) - 1]
-            most = max(most, abs(u).max())
-        return most
+            found.append(abs(u))
+        return np.append(np.max(found, axis=0), 0.0)
 
     def _doubt(self, k, T):
         """(4,) how much an error of r, v, a or j is felt in `_by`."""

@@ -14,6 +14,9 @@ from .follow import per_unit
 from .limits import per_signal
 from .profile import Profile, fastest, quickest
 from .signals import known_index
+from .step_bounds import Row
+
+BAND = 0.02  # of a way, within which a move has arrived
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,12 +34,16 @@ class Move:
     error : Bounded
         The farthest that the output is from where it would rest, at the ticks: from
         the set point, where it is what is integrated.
+    arrival : Bounded or None
+        In s: after it the output stays within 2 % of its way of where it ends; None of
+        one that ends where it began, as a sway does, or elsewhere for each plant.
     """
 
     profile: Profile
     distance: float
     effort: tuple
     error: Bounded
+    arrival: Bounded | None = None
 
     @property
     def duration(self) -> float:
@@ -46,11 +53,12 @@ class Move:
     def __str__(self):
         p = self.profile
         words = ", ".join(str(x) for x in self.effort)
+        there = f"; within 2 % of its way after {self.arrival}" if self.arrival else ""
         return (
             f"{self.distance:g} {p.unit}".strip()
             + f" in {self.duration:.4g} s, at most {p.velocity:.4g} a second, "
             f"{p.acceleration:.4g} and {p.jerk:.4g} of acceleration and jerk: "
-            f"u {words}; at ticks from its rest {self.error}"
+            f"u {words}; at ticks from its rest {self.error}{there}"
         )
 
 
@@ -214,8 +222,11 @@ class Motions:
         r = profile.points(distance, start)
         if error is None:
             units.append(self._units(set_point, output, time_limit))
-        whole = [_of_move(p, r, profile.T) for p in units]
-        return Move(profile, float(distance), tuple(whole[:-1]), whole[-1])
+        *effort, error = (_of_move(p, r, profile.T) for p in units)
+        c = self.controller
+        ends = Row.of(c, set_point, rest(c, set_point), output).ends
+        arrival = _arrival(units[-1], r, profile.T, distance * float(ends or 0))
+        return Move(profile, float(distance), tuple(effort), error, arrival)
 
     def _units(self, set_point, output, seconds):
         """The `PerUnit` of an ``output``, within some ``seconds``."""
@@ -257,3 +268,15 @@ def _of_move(units, r, T):
     proven = max((k.largest(r, T) for k in units.kernels), default=None)
     seen = max((k.largest(r, T, False) for k in units.kernels), default=np.nan)
     return Bounded(proven, seen, units.unit)
+
+
+def _arrival(units, r, T, way):
+    """The `Bounded` time after which an output is within `BAND` of its ``way``."""
+    if not way:
+        return None
+    band = BAND * abs(way)
+    proven = [k.arrival(r, T, band) for k in units.kernels]
+    seen = [k.arrival(r, T, band, False) for k in units.kernels]
+    latest = max((x for x in seen if x is not None), default=np.nan)
+    known = proven and None not in proven
+    return Bounded(float(f"{max(proven):.12g}") if known else None, latest, "s")

@@ -99,6 +99,11 @@ def weighted(c, overshoot, effort, size, j, output, band):
         if max(over) <= 0:
             return found
         room = [x + (y + fine) * (y > 0) for x, y, fine in zip(room, over, FINE)]
+    if abs(np.diff(seen, axis=1)).max() <= STILL:
+        raise ValueError(
+            "b changes nothing here, where the law's P sees no jump of r, or all of it "
+            "by set_point(r=...): shape the set point by motions.move, or ask for less"
+        )
     raise ValueError("undecided: no b was proven, and none refuted; ask for less")
 
 
@@ -112,8 +117,9 @@ def _shared(seen, limits, late=(), first=0):
         moved = abs(slope) > STILL
         b = (most - at) / np.where(moved, slope, 1.0)
         lows = np.where(moved & (slope < 0), b, -np.inf)
-        lows[~moved & (at > most + STILL)] = np.inf  # whatever b is
         highs = np.where(moved & (slope > 0), b, np.inf)
+        never = ~moved & (at > most + STILL)  # whatever b is
+        lows[never], highs[never] = np.inf, -np.inf
         for end, sign, values in ((0, 1, lows), (1, -1, highs)):
             k = np.unravel_index((sign * values).argmax(), values.shape)
             if sign * values[k] > sign * ends[end]:
