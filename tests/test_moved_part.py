@@ -5,7 +5,7 @@ import pytest
 from scipy.linalg import expm
 
 import sosbook as sos
-from sosbook.synthesis import small_input
+from sosbook.synthesis import feasibility, small_input
 from sosbook.synthesis.request import Request
 from tests.cases import by_hand
 from tests.least_input import least_input
@@ -85,6 +85,64 @@ def test_the_part_decides_on_both_sides_of_its_least_bound(name):
     low = sos.Saturation(0.98 * u, x0)
     refused = sos.design_pid(plant, region=region, saturation=low)
     assert refused.status == "infeasible" and refused.infeasibility.proven
+
+
+def pushed_away(n, count, inputs, unit):
+    """Turned modes, some of negative stiffness, as magnets make them."""
+    rng = np.random.default_rng(n + count)
+    squares = np.r_[
+        -(np.linspace(0.5, 3, count) ** 2), np.linspace(1, 30, n - count) ** 2
+    ]
+    turn, _ = np.linalg.qr(rng.normal(size=(n, n)))
+    S, D = (turn.T * x @ turn for x in (squares, 0.03 * np.sqrt(abs(squares))))
+    parts = np.eye(n), (D + D.T) / 2, (S + S.T) / 2, rng.normal(size=(n, inputs))
+    return sos.SecondOrderSystem(*(unit * x for x in parts))
+
+
+def follower(n, pairs, inputs, unit):
+    """Pairs that a force which follows the motion drives: S isn't symmetric."""
+    S = np.diag(np.linspace(1, 12, n) ** 2)
+    for k in range(0, 2 * pairs, 2):
+        S[k, k + 1], S[k + 1, k] = 9.81, -9.81
+    B = np.random.default_rng(n).normal(size=(n, inputs))
+    return sos.SecondOrderSystem(
+        unit * np.eye(n), 0.03 * unit * np.eye(n), unit * S, unit * B
+    )
+
+
+@pytest.mark.parametrize(
+    "family, modes, inputs, unit, designed",
+    [
+        (pushed_away, 2, 1, 0.3, True),
+        (pushed_away, 7, 1, 9.81, False),
+        (pushed_away, 36, 36, 0.3, True),
+        (pushed_away, 36, 3, 9.81, False),
+        (follower, 7, 7, 9.81, True),
+        (follower, 2, 1, 0.3, True),
+    ],
+)
+def test_many_unstable_modes_are_answered_by_their_part(
+    family, modes, inputs, unit, designed, monkeypatch
+):
+    """No search among all modes: where the part has no gain that floats tell, neither
+    does the whole, and nothing is claimed.
+    """
+    n, search = (60 if modes > 20 else 30), feasibility.search
+
+    def small(request, *given, **more):
+        assert request.order < 2 * n
+        return search(request, *given, **more)
+
+    monkeypatch.setattr(feasibility, "search", small)
+    plant = family(n, modes, inputs, unit)
+    design = sos.design_pid(plant)
+    if not designed:
+        assert design.status == "undecided" and "modes must move" in design.reason
+        return
+    A, B = by_hand(plant)
+    assert np.linalg.eigvals(A).real.max() > 0.1
+    assert design.status == "feasible" and design.certify().proven
+    assert np.linalg.eigvals(A + B @ design.K).real.max() < 0
 
 
 def test_the_least_bound_is_that_of_the_part():

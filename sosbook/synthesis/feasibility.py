@@ -172,7 +172,8 @@ def _by_equation(case):
     found = point(request)
     if found is None and request.order >= FROM_STATES:
         found = point_of_part(request, partial(answer, refuse=False))
-    if found is None:
+    if found is None or found.status != "feasible":
+        case.part = found
         return None
     alone = request.gain is not None or prefer == "least"
     if alone or (prefer is None and is_of_parts(request)):
@@ -183,6 +184,10 @@ def _by_equation(case):
     except OutOfTime:  # of the whole request, which has its answer
         return found
     return centre if centre.status == "feasible" else found
+
+
+def _by_part(case):
+    return case.left(case.part.reason)  # what the part lacks, the whole does
 
 
 def _by_search(case):
@@ -325,6 +330,12 @@ STEPS = (
         "a search for slow modes; of large plants",
         lambda c: c.first is None and c.request.order >= FROM_STATES and _of_input(c),
         _by_input,
+    ),
+    Step(
+        "the modes that must move",
+        "nothing; where they have no point, a search among all takes minutes",
+        lambda c: c.part is not None,
+        _by_part,
     ),
     Step(
         "a search",

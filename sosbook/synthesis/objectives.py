@@ -82,7 +82,7 @@ def at_optimum(request, objective, backoff):
     if request.order >= FROM_STATES:
         of = partial(at_optimum, objective=objective, backoff=backoff)
         found = point_of_part(request, of, objective)
-        if found is not None:
+        if found is not None and found.status == "feasible":
             return found
 
     def eased(bounds):

@@ -140,7 +140,7 @@ class InFrame:
     def _moved(self):
         """Those that move the poles outside of the regions, and no others."""
         words = "the least effort moves {} of {} modes, and no other"
-        sigma = self._decay()
+        sigma = self.decay()
         slowest = np.abs(self.poles).min() or np.median(np.abs(self.poles))
         for s in sigma * np.array(INSIDE) if sigma else [slowest / 10]:
             yield from self._deflated(least_effort(s), words)
@@ -171,7 +171,7 @@ class InFrame:
             for a, b in self.forms
         )
 
-    def _decay(self):
+    def decay(self):
         """The largest sigma of half-planes Re s < -sigma that the regions demand."""
         sigmas = [
             a[i, i] / (2 * b[i, i])

@@ -24,7 +24,8 @@ class Case:
     """A ``request`` on its way through the steps: whether to ``refuse`` it, and which
     gain to ``prefer``, as in `answer`; ``first``: what `search` found last; ``whole``:
     whether with all pairs; ``poor``: a Solution whose margins floats can't tell from
-    zero; ``tried``: the names of the steps so far.
+    zero; ``part``: that of the modes that must move, where it is none of the whole;
+    ``tried``: the names of the steps so far.
     """
 
     request: Request
@@ -33,6 +34,7 @@ class Case:
     prefer: str | None = None
     whole: bool = False
     poor: Solution | None = None
+    part: Solution | None = None
     tried: list = field(default_factory=list)
 
     @property
