@@ -1,6 +1,6 @@
 import {delayedRun} from "./history.js";
 import {capital, clean, define, escape, gainRows, gains, inPairs, withConjugates} from "./kit.js";
-import {apply} from "./linalg.js";
+import {apply, dot, mul} from "./linalg.js";
 import {Mover, range} from "./mover.js";
 import {mark, Plot, S_PLANE} from "./plot.js";
 import {asks, list, program} from "./program.js";
@@ -22,12 +22,9 @@ function delayOf(kind, tau, mu, [period, dwell, random]) {
 
 // x' = A x + s + B u(t - d(t)) from rest, with u = K x - K_P r from t = 0 on.
 function simulate({A, B, s}, K, r, delay, horizon, steps) {
-  const level = apply(K.map(row => row.slice(0, r.length)), r);
+  const level = apply(K.map(row => row.slice(0, r.length)), r), BK = mul(B, K), still = apply(B, level);
   const input = (x, on = true) => apply(K, x).map((u, i) => on ? u - level[i] : 0);
-  const rate = (x, old, on) => {
-    const push = apply(B, input(old, on));
-    return apply(A, x).map((a, i) => a + push[i] + s[i]);
-  };
+  const rate = (x, old, on) => A.map((row, i) => dot(row, x) + s[i] + (on ? dot(BK[i], old) - still[i] : 0));
   const {t, d, x, old} = delayedRun(rate, A.map(() => 0), delay, horizon, steps);
   const applied = old.map((y, k) => input(y, t[k] - d[k] >= -1e-9));
   return {t, states: x, asked: x.map(y => input(y)), applied};

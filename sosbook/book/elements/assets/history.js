@@ -12,9 +12,9 @@ export function delayedRun(rate, start, late, horizon, steps) {
     if (time <= 0) return start;
     const k = Math.min(Math.floor(time / T + 1e-9), f.length - 2), r = time / T - k;
     if (k < 0) return start.map((v, i) => v + time * (f[0]?.[i] ?? 0));
-    const [a, b, p, q] = [x[k], x[k + 1], f[k], f[k + 1]];
-    return a.map((v, i) => (1 + 2 * r) * (1 - r) ** 2 * v + r * r * (3 - 2 * r) * b[i] +
-        T * r * (1 - r) * ((1 - r) * p[i] - r * q[i]));
+    const b = x[k + 1], p = f[k], q = f[k + 1], to = r * r * (3 - 2 * r), from = 1 - to;
+    const now = T * r * (1 - r) ** 2, then = T * r * r * (1 - r);
+    return x[k].map((v, i) => from * v + to * b[i] + now * p[i] - then * q[i]);
   };
   const arrived = (now, time, delay) => delay < 1e-12 ? now : past(time - delay);
   const slope = (now, time, delay) => rate(now, arrived(now, time, delay), time - delay >= -1e-9);
