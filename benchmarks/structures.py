@@ -2,8 +2,9 @@
 
 What is answered by an equation and then proven exactly, and a whole of 20,000 sparse
 displacements that is reduced, designed for and looked at. CPU seconds, into
-structures.json; names of kinds measure these again and keep the rest. All are held
-back, as in `catalogue`: no constant of the equations is chosen by them.
+structures.json; names of kinds measure these again and keep the rest, with the computer
+and the day of theirs. All are held back, as in `catalogue`: no constant of the
+equations is chosen by them.
 """
 
 import json
@@ -157,7 +158,7 @@ if __name__ == "__main__":
     new = measured(wanted)
     if RESULTS.exists():
         old = json.loads(RESULTS.read_text("utf-8"))
-        other = {"cpu": old["machine"]["cpu"]}
+        other = {x: old["machine"][x] for x in ("cpu", "date")}
         kept = [other | r for r in old["records"] if r["kind"] not in wanted]
         new["records"] = kept + new["records"]
     store(RESULTS, new)
