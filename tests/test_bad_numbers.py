@@ -12,6 +12,7 @@ import sosbook as sos
 from sosbook.plants.checks import SizeError
 from sosbook.plants.measured import MeasuredResponse
 from sosbook.plants.second_order import MassWarning
+from sosbook.runtime.time_limit import OutOfTime
 
 I = np.eye(2)
 OURS = ValueError, SizeError  # not numpy's LinAlgError, which is a ValueError, too
@@ -116,6 +117,16 @@ def test_whatever_is_asked_gets_an_answer(entries, sigma, gamma, u_max, K):
         if d.status == "infeasible":
             assert d.infeasibility.proven
         assert isinstance(d.advice, str)
+
+
+def test_a_gain_that_time_kept_from_the_centre_is_called_no_centre(monkeypatch):
+    def late(*_):
+        raise OutOfTime
+
+    monkeypatch.setattr("sosbook.synthesis.feasibility.finish", late)
+    design = sos.design_pid(mass(), region=sos.PoleRegion(1, rho=3))
+    assert design.status == "feasible" and "Stopped" in design.reason
+    assert design.central is False
 
 
 def test_advice_ends_where_no_file_holds_the_neighbours_numbers():

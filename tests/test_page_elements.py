@@ -6,6 +6,7 @@ from functools import cache
 
 import pytest
 
+from sosbook.book.elements import movers
 from sosbook.book.elements.page import PageElement
 from sosbook.book.notebooks import BOOK
 from tests import layout
@@ -31,6 +32,30 @@ def _stored():
 def stored():
     """(chapter, HTML) of the elements that the book shows, without their scripts."""
     return [*_stored()]
+
+
+def test_noise_of_a_processor_is_in_no_turn_of_a_shaft():
+    """Beside its largest value an angle of 1e-15 is zero, and a level has few digits."""
+
+    def move(k):
+        return {
+            "state": "feasible",
+            "words": ["moved"],
+            "turns": [[0, k, 0], [2e-15, -0.12345, 4e-15]],
+            "line": [-4.77e-15, 0.99996, 0.5],
+            "rules": [-0.1896425745879263, 0.1896425745879263],
+        }
+
+    grid = {"k": ("Angle", " rad", [1.2345, 2.2345], 1.2345)}
+    shown = movers.shaft(
+        *("Discs", "Turn.", "By {k}.", grid, move),
+        captions={"scene": "Discs.", "curve": "A torque."},
+        names={},
+        seconds=1,
+    )
+    first = shown.data["settings"][0]
+    assert first["turns"] == [[0, 1.23, 0], [0, -0.12, 0]]
+    assert first["line"] == [0, 1, 0.5] and first["rules"] == [-0.19, 0.19]
 
 
 #: The first element of each kind, by its tag.

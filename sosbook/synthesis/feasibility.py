@@ -260,7 +260,7 @@ def _by_centre(case):
     try:
         found = finish(lmis, values)
     except OutOfTime:
-        found = replace(lmis.solution(values), reason=STOPPED)
+        found = replace(lmis.solution(values), central=False, reason=STOPPED)
         if found.status != "feasible":
             return found
     if found.status != "feasible":

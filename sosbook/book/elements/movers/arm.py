@@ -5,7 +5,7 @@ import numpy as np
 from ..page import significant
 from .mover import Mover, slider
 
-DIGITS = 9
+DIGITS = 6  # of a frequency: of a reduction's poles processors share no more
 ACROSS = 0.05  # of the largest shape; a mode with less moves along the arm
 STEP = 0.01  # m, from one place of the arm to the next
 
@@ -49,5 +49,5 @@ def arm(plant, shapes, kept=5):
         frequencies=significant(np.sqrt(squares), DIGITS),
         damping=significant(damping, DIGITS),
         free=significant(-damping / 2, DIGITS),
-        shapes=significant(np.transpose(shapes)[across], DIGITS - 5),
+        shapes=significant(np.transpose(shapes)[across], DIGITS - 2),
     )

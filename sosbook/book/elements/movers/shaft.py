@@ -7,7 +7,7 @@ import numpy as np
 from ..page import significant
 from .mover import Mover, choice, slider
 
-DIGITS = 3  # of an angle
+DIGITS = 3  # of the largest value: a tenth of a pixel, and no noise of a zero
 
 
 def shaft(title, hint, says, controls, move, *, captions, names, seconds, **given):
@@ -58,8 +58,8 @@ def shaft(title, hint, says, controls, move, *, captions, names, seconds, **give
     settings = []
     for place in product(*grids.values()):
         result = move(**dict(zip(grids, place)))
-        for key in {"turns", "pale", "line"} & set(result):
-            result[key] = significant(result[key], DIGITS)
+        for key in {"turns", "pale", "line", "rules"} & set(result):
+            result[key] = _rounded(result[key])
         settings.append(result)
     discs = len(settings[0]["turns"])
     return Mover(
@@ -75,6 +75,13 @@ def shaft(title, hint, says, controls, move, *, captions, names, seconds, **give
         settings=settings,
         **{"pace": 1, "axis": None, "sizes": [0.7] + [1] * (discs - 1)} | given,
     )
+
+
+def _rounded(values):
+    """As lists, to `DIGITS` of the largest."""
+    largest = significant(abs(np.asarray(values)).max(), DIGITS)
+    place = int(np.floor(np.log10(largest))) if largest else 0
+    return (np.round(values, DIGITS - 1 - place) + 0.0).tolist()
 
 
 def _control(key, label, unit, values, start):
