@@ -35,7 +35,7 @@ def stored():
 
 
 def test_noise_of_a_processor_is_in_no_turn_of_a_shaft():
-    """Beside its largest value an angle of 1e-15 is zero, and a level has few digits."""
+    """Beside the largest value an angle of 1e-15 is zero; a level has few digits."""
 
     def move(k):
         return {

@@ -66,8 +66,8 @@ class Design(ClosedLoop["DesignProof"], Solution):
     central : bool or None
         Whether K is that of the analytic centre of all that was asked, which is
         unique. False where the solutions have no bound, or hardly one: K is that
-        of a bounded part of them; and where time ended on the way. None where K is no centre's: it was given,
-        or costs the least.
+        of a bounded part of them; and where time ended on the way. None where K is
+        no centre's: it was given, or costs the least.
     parts : tuple of Kept
         With ``coupling="multipliers"`` what is known of each demand: see
         `sosbook.synthesis.known_gain.Kept`.
