@@ -118,6 +118,23 @@ def test_the_truth_lies_within_what_the_log_allows(name):
         assert (high - low) / abs(truth[x]) < (0.5 if name == "coarse" else 0.06)
 
 
+@pytest.mark.parametrize("last", [1.0, 1.5, 40])
+def test_an_interval_is_of_the_log_and_not_of_roundings(last):
+    """A slow sweep hardly shows d; a plant whose entries shake by 1e-11 has its sd."""
+    rng, true = np.random.default_rng(1), dict(J1=0.01, J2=0.02, d=0.01, c=10.0)
+
+    def shaken(**values):
+        plant = drive(**values)
+        M, D, S = (x * (1 + 1e-11 * rng.uniform(-1, 1, x.shape)) for x in of(plant))
+        return sos.SecondOrderSystem(M, D, S, plant.B)
+
+    t = np.arange(1000) * 0.002
+    u = sweep(t, 0.1, last, 1.0)
+    record = sos.Record(t, u, encoder(moved(*of(drive(**true)), t, u)[:, :1], COUNT))
+    still, noisy = (sos.identify(x, record, true, MOTOR) for x in (drive, shaken))
+    assert np.allclose(noisy.sd, still.sd, rtol=0.02)
+
+
 def rubbed(M, D, S, t, u, F):
     """Displacements with Coulomb friction F on the first of them, which is pushed: it
     slides or is held, and when this changes is found by halving."""
