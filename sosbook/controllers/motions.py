@@ -222,11 +222,11 @@ class Motions:
         r = profile.points(distance, start)
         if error is None:
             units.append(self._units(set_point, output, time_limit))
-        *effort, error = (_of_move(p, r, profile.T) for p in units)
+        *effort, farthest = (_of_move(p, r, profile.T) for p in units)
         c = self.controller
         ends = Row.of(c, set_point, rest(c, set_point), output).ends
         arrival = _arrival(units[-1], r, profile.T, distance * float(ends or 0))
-        return Move(profile, float(distance), tuple(effort), error, arrival)
+        return Move(profile, float(distance), tuple(effort), farthest, arrival)
 
     def _units(self, set_point, output, seconds):
         """The `PerUnit` of an ``output``, within some ``seconds``."""
