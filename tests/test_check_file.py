@@ -81,6 +81,18 @@ def test_a_reader_s_file_is_judged_in_plain_words(tab):
     words = said(tab, "clock.json", sampled)
     assert 'the kind "sampled" (a loop with a clock)' in words
     assert "a tick every 0.1 s, a delay of 0 s" in words and "proven" not in words
+    called = dict(inputs=["z1", "z2", "z1'", "z2'"], outputs=["u"])
+    law = sos.sampled.SampledSystem([], [], [], [[-1, 0, -1, 0]], 0.1, **called)
+    named = sos.certify_sampled(ONE, law, T=0.1).text
+    assert "K makes u of z1, z2, z1', z2'" in said(tab, "named.json", named)
+    given = '"outputs":["u"]'
+    for k, forged in enumerate((
+        named.replace('"z2"', '"speed"'),
+        named.replace(given, '"outputs":["u1"]'),
+        named.replace(given, '"other":["u"]'),
+    )):  # fmt: skip
+        words = said(tab, f"forged{k}.json", forged)
+        assert "refused" in words and "K.inputs and K.outputs" in words
     for more in (
         dict(saturation=sos.Saturation(9, [[1, 0, 0, 0]])),
         dict(saturation=sos.Saturation([9], [1, 0, 0, 0])),

@@ -10,8 +10,12 @@ import pytest
 import sosbook as sos
 from sosbook import pendulum
 from sosbook.book.reproduction.gamma_bounds import gamma_lower_bounds
+from sosbook.exact.checker import verdict
 from sosbook.plants.gain import Gain
 from sosbook.sampled import certify_sampled, furthest_sampled, sampled_loop
+from sosbook.sampled.proof import by_balls
+from tests.asking import asked_by, asking
+from tests.hunt.tampering import verdicts
 
 SPRUNG = sos.SecondOrderSystem(1, 0.05, 4, 1)
 PID = sos.PIDLaw(position=[[1]], filter=0.3, integrate=True)
@@ -105,6 +109,44 @@ def test_names_are_of_each_signal_or_none():
     for name in ("inputs", "outputs"):
         with pytest.raises(ValueError, match=re.escape(f"{name} must name each")):
             sos.sampled.SampledSystem([], [], [], [[1.0]], 0.1, **{name: ("a", "b")})
+
+
+ARMS = sos.SecondOrderSystem(
+    PAIR.M, PAIR.D, PAIR.S, PAIR.B, coordinates=["arm", "a; b"]
+)
+FORGED = {  # names of K's signals that the plant hasn't, or not in this order
+    "in another order": (["z2", "z1", "z1'", "z2'"], ["u1", "u2"]),
+    "of nothing": (["speed", "torque", "x", "y"], ["u1", "u2"]),
+    "twice": (["z1", "z1", "z1'", "z1'"], ["u1", "u2"]),
+    "the outputs turned": ([*STATES], ["u2", "u1"]),
+    "too few": (["z1"], ["u1", "u2"]),
+    "no inputs": ([], ["u1", "u2"]),
+    "no outputs": ([*STATES], []),
+    "no sentence": (["z1. And", "z2", "z1. And'", "z2'"], ["u1", "u2"]),
+}
+
+
+@pytest.mark.parametrize("name", FORGED)
+@pytest.mark.parametrize("certify", [certify_sampled, by_balls])
+def test_names_of_a_file_are_the_plant_s(certify, name):
+    """They were matched with nothing, and the words of an order were left out."""
+    whole = asked_by(certify(PAIR, of_pair(), T=0.1))
+    assert any(verdicts(asking(whole)))
+    inputs, outputs = FORGED[name]
+    whole["K"] = whole["K"] | dict(inputs=inputs, outputs=outputs)
+    assert verdicts(asking(whole)) == (False, False)
+
+
+def test_a_claim_says_what_the_coordinates_are_called():
+    """So names that are exchanged throughout are another claim."""
+    states = ["arm", "a; b", "arm'", "a; b'"]
+    K = of_pair()
+    K = control.ss(K.A, K.B, K.C, K.D, 0.1, inputs=states, outputs=list(INPUTS))
+    proof = certify_sampled(ARMS, K, 0.1)
+    assert proof.proven and proof.data["K"]["inputs"][1] == "a_ b"
+    assert ", with z = [arm, a_ b], with a tick" in proof.claims[0]
+    assert verdict.check(proof.text) == list(proof.claims)
+    assert "with z" not in certify_sampled(PAIR, of_pair(), 0.1).claims[0]
 
 
 REGION = dict(region=sos.PoleRegion(0.2))

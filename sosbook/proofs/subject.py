@@ -12,11 +12,11 @@ from ..exact.rational import decimals, exact, fractions
 from ..plants.as_data import plant_data
 from ..plants.checks import matrix
 from ..plants.files import plant_and_asked
-from ..plants.gain import signals
 from ..plants.kinds import checked_plant
 from ..requirements.in_files import asked_in_file
 from ..runtime.digests import digest
 from ..runtime.later import later
+from ..runtime.names import claimed
 from ..runtime.reading import named, path_of, read_bytes, read_json, read_text
 from ..synthesis.fixed_mode import parts_data
 
@@ -50,11 +50,10 @@ def compare_plant(data, path):
         if name == "plant" or name in data:
             if data.get(name) != value:
                 return f"it is about another {name} than {path}{_where(data, wanted)}"
-    law = data.get("K")
+    law, z = data.get("K"), getattr(plant, "coordinates", None)
     reads = law.get("inputs") if isinstance(law, dict) else None
-    if reads and getattr(plant, "coordinates", None):
-        if reads != list(signals(plant)):
-            return f"its K reads {', '.join(reads)}: {path} names z otherwise"
+    if reads and z and reads[: len(z)] != claimed(z):
+        return f"its K reads {', '.join(reads)}: {path} names z otherwise"
     return ""
 
 

@@ -4,13 +4,16 @@ import numpy as np
 from flint import ctx
 
 from ..exact.checker.ticks import said
+from ..exact.checker.ticks import signals as written_signals
 from ..exact.proof import Examined
 from ..exact.proof_file import ProofFile
 from ..exact.rational import decimal, decimals, read_array, read_number
 from ..laws.taken import is_controller
 from ..plants.as_data import plant_data, read_plant
 from ..plants.checks import as_written
+from ..plants.gain import signals
 from ..requirements.base import Requirement
+from ..runtime.names import claimed
 from ..runtime.time_limit import OutOfTime, time_limit
 from .cells import PlantCell
 from .channel import check_channel, checked_norm
@@ -153,6 +156,7 @@ class SampledProof(ProofFile):
             "norm": None if norm is None else norm.data(),
             "cells": tree,
         }
+        _call(data["K"], data, plant, U)
         return data | ({"undecided": failed} if tree is None else {})
 
 
@@ -285,6 +289,13 @@ def _controller_data(K):
     if getattr(K, "D_w", None) is not None:
         contents |= {name: decimals(getattr(K, name)) for name in OF_READINGS}
     return contents | {"dt": K.dt if K.dt in (None, True) else decimal(K.dt)}
+
+
+def _call(K, data, plant, U):
+    """Have a controller's signals called as files and claims may call them."""
+    z = getattr(plant, "coordinates", None) or ()
+    if z and isinstance(K, dict) and K.get("inputs") == list(signals(plant, U)):
+        K["outputs"], K["inputs"], _ = written_signals(data, claimed(z))
 
 
 def _read_controller(data, p):

@@ -109,7 +109,21 @@ function designOf(file, text) {
 
 // What a sampled file asks, in words.
 function clock(file) {
-  const {T, delay, K} = valuesOf(file)(file.asks), span = ([lo, hi]) => lo === hi ? lo : `${lo} to ${hi}`;
-  const names = K.inputs ? `, K makes ${K.outputs.join(", ")} of ${K.inputs.join(", ")}` : "";
+  const {T, delay, K, plant, U} = valuesOf(file)(file.asks);
+  const span = ([lo, hi]) => lo === hi ? lo : `${lo} to ${hi}`;
+  const names = K.inputs || K.outputs ? `, ${lawOf(K, plant, U)}` : "";
   return [`plant ${file.about.plant}`, `a tick every ${span(T)} s, a delay of ${span(delay)} s${names}`];
+}
+
+// What K makes of what, in words: the names must be those of the plant's inputs and states.
+function lawOf({inputs = [], outputs = [], D}, plant, U) {
+  const {M, E} = plant.vertices?.[0] ?? plant, z = inputs.slice(0, (M ?? []).length);
+  const given = D.length > 1 ? D.map((_, k) => `u${k + 1}`) : ["u"];
+  const states = M ? [...z, ...z.map(x => `${x}'`)] : plant.states ?? E.map((_, k) => `x${k + 1}`);
+  const all = M ? U.length : 0, rest = inputs.slice(states.length);
+  const good = String(outputs) === String(given) && states.every((x, k) => x && x === inputs[k]) &&
+    new Set(inputs).size === inputs.length && rest.length === all &&
+    rest.every(x => String(x).startsWith("integral of "));
+  if (!good) throw new Error("K.inputs and K.outputs aren't the names of the plant's states and inputs");
+  return `K makes ${outputs.join(", ")} of ${inputs.join(", ")}`;
 }

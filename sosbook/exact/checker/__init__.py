@@ -16,7 +16,8 @@ ORDER = (
     *("arithmetic", "language", "kernel", "families", "payment", "outputs"),
     *("text", "plants", "regions", "requirements", "laws", "designs", "known"),
     *("delays", "mass", "observer", "own", "any_order", "fixed_mode", "growing"),
-    *("unreached", "small_input", "ticks", "sampled", "subject", "verdict"),
+    *("unreached", "small_input", "ticks", "sampled", "fields"),
+    *("subject", "verdict"),
 )
 MODULES = tuple(name for name in ORDER if (CHECKER / f"{name}.py").is_file())
 ONE_FILE = """\

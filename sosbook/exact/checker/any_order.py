@@ -52,7 +52,7 @@ class AnyOrder:
         put_law(t, d["law"])
         t.put_number("gamma", r, "gamma")
         keys(units, "slow of_w of_z T")
-        t.put("T", units, "T", N)
+        t.put("T", units, "T", (N, N))
         for name in ("slow", "of_w", "of_z"):
             t.put_number(name, units, name)
         t.write(*(f"sign.{x}: {x} > 0" for x in ("gamma", "slow", "of_w", "of_z")))
@@ -74,10 +74,10 @@ class AnyOrder:
         """The block of one side; whether it has an unknown."""
         t, (name, key, letters) = self.t, SIDES[x]
         keys(motions, "V here rate push")
-        wide = len(motions["push"][0])
+        wide, size = len(motions["push"][0]), len(motions["here"])
         for part in motions:
-            t.put(f"{part}.{x}", motions, part, wide, ratio)
-        size = len(motions["here"])
+            k = size if part == "V" else wide
+            t.put(f"{part}.{x}", motions, part, (None, k), ratio)
         if size:
             t.point(x, x, f"symmetric {size}")
         flow = f" - he(here.{x}' {x} rate.{x})" * bool(size)
@@ -107,7 +107,8 @@ class SumOfPoles:
         N, _ = joined(t, d["law"], size, f"{{}}.{k}", f)
         words, reach = STABLE, "mean"
         if asked is not None:
-            need(asked["form"] == "half-plane", "a half-plane is needed")
+            half = asked["kind"] == "region" and asked["form"] == "half-plane"
+            need(half, "a half-plane is needed")
             words, reach = region(asked)[2], "mean + sigma"
             t.put_number("sigma", asked, "sigma")
         t.sets["gains"] = [[str(i)] for i, _ in enumerate(d["gains"], 1)]
@@ -119,7 +120,7 @@ class SumOfPoles:
         where = vertex_words(d["plant"], k, len(vertices))
         shape, free = (len(d["gains"][0]), len(d["gains"][0][0])), len(d["gains"])
         rows = [[e for row in G for e in row] for G in d["gains"]]
-        K = mat(rows, free, shape[0] * shape[1], ratio)
+        K = mat(rows, free, shape[0] * shape[1], ratio, "gains")
         need(definite(K @ K.T), "the gains depend on each other")
         some = "" if free == K.c else f" with {free} free number{'s' * (free > 1)}"
         least = downwards(t.values()["mean"])

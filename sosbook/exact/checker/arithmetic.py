@@ -5,6 +5,7 @@ control, and standard Python is all that it needs.
 """
 
 import re
+from contextlib import contextmanager
 from fractions import Fraction
 from math import factorial, gcd, isqrt, lcm
 
@@ -29,6 +30,15 @@ class Beyond(Exception):
 def need(condition, *words):
     if not condition:
         raise Refused(*words)
+
+
+@contextmanager
+def named(place):
+    """What is refused here is refused by the name of its ``place``."""
+    try:
+        yield
+    except Refused as why:
+        raise Refused(f"{place}: {why}") from None
 
 
 class Mat:
@@ -292,15 +302,21 @@ def integer(text):
 def read(x):
     """A number, or a matrix; {"zeros": [r, c]} stands for one without entries."""
     if isinstance(x, dict):
-        good = set(x) == {"zeros"} and len(x["zeros"]) == 2
-        good = good and all(type(k) is int and 0 <= k < LARGEST for k in x["zeros"])
-        need(good, "an odd matrix")
-        return zeros(*x["zeros"])
+        return zeros_of(x)
     if not isinstance(x, list):
         return number(x)
     good = x and all(isinstance(u, list) and len(u) == len(x[0]) > 0 for u in x)
     need(good, "the rows of a matrix differ in length")
     return gather([[number(e) for e in u] for u in x], len(x[0]))
+
+
+def zeros_of(x):
+    """The matrix of {"zeros": [r, c]}."""
+    size = x.get("zeros")
+    good = set(x) == {"zeros"} and isinstance(size, list) and len(size) == 2
+    good = good and all(type(k) is int and 0 <= k < LARGEST for k in size)
+    need(good, "an odd matrix")
+    return zeros(*size)
 
 
 def scalar(x):

@@ -53,7 +53,7 @@ class Delay:
         if method not in LATE:
             raise Beyond(f"the theorem of method {method!r} isn't known here")
         self.printed = d["misprints"]
-        good = isinstance(self.printed, list) and {*self.printed} <= {*MISPRINTS}
+        good = {*self.printed} <= {*MISPRINTS}
         good = good and (method == "functional" or not self.printed)
         need(good, "an unknown misprint")
         first, order = method in ("legendre", "interval"), d["order"]
@@ -72,10 +72,9 @@ class Delay:
         need(d["coordinates"]["sizes"] == {}, "there is no size")
         self.known = d["K"] is not None
         if self.known:
-            t.put("K", d, "K", self.N)
+            t.put("K", d, "K", (self.m, self.N))
             t.write("Kx = K T/scale")
         self.free = d["analysis"]  # F and G, else G = alpha F
-        need(isinstance(self.free, bool), "analysis must be true or false")
         none = d["alpha"] is None
         good = none == self.free or (self.free and "alpha" in self.printed)
         need(good, "alpha belongs to a design")
@@ -121,8 +120,8 @@ class Delay:
         need(d["U"] == [] and d["K_A"] is None, "a loop has no U, no K_A")
         one = [["1" if i == j else "0" for j in range(N)] for i in range(N)]
         need(d["K"] == one, "the K of a loop is the identity")
-        t.put("A_", loop, "A")
-        t.put("Ad", loop, "A_d")
+        t.put("A_", loop, "A", (N, N))
+        t.put("Ad", loop, "A_d", (N, N))
         t.write("E.1 = I(rows(A_))", "A.1 = A_", "Bu.1 = Ad")
         self.m = self.N = N
         self.many = 1
@@ -138,6 +137,8 @@ class Delay:
         """The rational factors; of the functional they are rounded down."""
         t, mu, given = self.t, self.mu, self.d["exponentials"]
         bounds = [ratio(x) for x in given]
+        both = self.d["method"] == "functional" or delta
+        need(len(bounds) == (2 if both else 0), "exponentials: there are two factors")
         t.write("factor.one = 1")
         if self.d["method"] == "functional":
             t.data.update(zip(("e1", "e2"), given))
@@ -149,7 +150,6 @@ class Delay:
             t.write("d = delta tau")
             return ["one"]
         t.write("d = 0", "e1 = 1", "e2 = 1")
-        need(len(bounds) == (2 if delta else 0), "there must be two factors")
         if not delta:
             return ["one"]
         t.data.update(zip(("factor.shortest", "factor.longest"), given))

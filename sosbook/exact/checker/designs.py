@@ -172,7 +172,7 @@ class Design:
             t.write(f"{s}: {s} > 0")
         if self.slack:
             t.put_number("epsilon", d, "epsilon")
-            t.put("E0", d, "E0")
+            t.put("E0", d, "E0", (self.N, self.N))
             t.sets["distinct"] = [[str(i + 1)] for i in self.few]
             t.write("sign.epsilon: epsilon > 0")
             t.write("P.i: P.i > 0", loop="i in distinct")
@@ -224,7 +224,7 @@ class Design:
             self.t.point("Y", "Y", f"{self.m} x {self.N}")
             need(self.refuted, "a gain must be given")
         else:
-            self.t.put("K", self.d, "K", self.N)
+            self.t.put("K", self.d, "K", (self.m, self.N))
             T, over = ("T ", "/scale") if coordinates else ("", "")
             P = "V'" if self.slack else "P"
             self.t.write(f"Y = K {T}{P}{over}")
@@ -237,7 +237,6 @@ class Design:
         coordinates(t, c, self.N)
         known = {size_name(r): r["kind"] + tag(r, self.asked)
                  for r in self.asked if r["kind"] in SIZED}  # fmt: skip
-        need(isinstance(c["sizes"], dict), "sizes have names")
         for name in c["sizes"]:
             need(name in known, "a size of nothing")
             t.put_number(f"unit.{known[name]}", c["sizes"], name)

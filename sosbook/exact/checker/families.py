@@ -5,7 +5,7 @@ from fractions import Fraction
 from functools import cache
 from math import comb, prod
 
-from .arithmetic import MOST_DIGITS, need
+from .arithmetic import MOST_DIGITS, named, need
 
 MATRICES = {"second order": "M D S B F", "descriptor": "E A B B_w C D_u D_w C_a"}
 SIGNAL = r"(?=[\w(-])(?:[\w ()'+#/-]|[.](?! )){1,99}(?<! )"
@@ -17,8 +17,8 @@ FACTOR = (rf"(?:{DIGITS}/{DIGITS}|{DIGITS}(?:[.]{DIGITS})?(?:e[-+]?[0-9]{{1,3}})
           rf"|{NAME}(?:\^[0-9]{{1,2}})?)")  # fmt: skip
 
 
-def keys(what, names):
-    need(set(what) == set(names.split()), f"the keys must be {names}")
+def keys(what, names, of=""):
+    need(set(what) == set(names.split()), f"the keys{of} must be {names}")
 
 
 def part_of(plant):
@@ -26,7 +26,7 @@ def part_of(plant):
     if "reduced" not in plant:
         return ""
     kept, of = plant["reduced"]
-    need(type(kept) is type(of) is int and 0 < kept < of, "nothing is left out")
+    need(0 < kept < of, "reduced: nothing is left out")
     return f"of the reduced model ({kept} of {of}): "
 
 
@@ -61,7 +61,7 @@ def whole_vertices(plant):
     if "parameters" not in plant:
         need(plant["vertices"], "the plant has no vertex")
         alike = plant["kind"] == "descriptor" and "C" not in plant["vertices"][0]
-        keys(plant, "kind vertices" + " C D_u" * alike)
+        keys(plant, "kind vertices" + " C D_u" * alike, " of plant")
         return plant["vertices"]
     ends, cells, degrees, read = ranges(plant)
 
@@ -114,26 +114,25 @@ def ranges(plant):
     plant = {k: x for k, x in plant.items() if k not in (*BESIDE, "schedule")}
     names = MATRICES[plant["kind"]]
     may = dict.fromkeys(("D_u", "D_w", "C_a")) if "D_u" in names else {}
-    keys(may | plant, "kind parameters " + names)
+    keys(may | plant, "kind parameters " + names, " of plant")
     ends, cells = {}, []
-    need(isinstance(plant["parameters"], list), "parameters are a list")
-    for name, a, b, *more in plant["parameters"]:
-        need(name not in ends, "a parameter comes twice")
-        a, b = ends[name] = single(a), single(b)
-        need(re.fullmatch(NAME, name) and a < b, f"{name!r:.40} has no range")
-        cells += more or [1]
-        need(len(more) < 2 and type(cells[-1]) is int, "pieces are a whole number")
-        need(not more or more[0] > 1, "one piece is no cut")
+    with named("plant.parameters"):
+        for name, a, b, *more in plant["parameters"]:
+            need(name not in ends, "a parameter comes twice")
+            a, b = ends[name] = single(a), single(b)
+            need(re.fullmatch(NAME, name) and a < b, f"{name!r:.40} has no range")
+            cells += more or [1]
+            need(not more or more[0] > 1, "one piece is no cut")
     parts = {x: plant[x] for x in names.split() if plant.get(x) is not None}
-    lists = all(isinstance(row, list) for rows in parts.values() for row in rows)
-    need(lists, "a matrix is a list of rows")
-    read = {x: [[polynomial(e, ends) for e in row] for row in rows]
-            for x, rows in parts.items()}  # fmt: skip
+    read = {}
+    for x, rows in parts.items():
+        with named(f"plant.{x}"):
+            read[x] = [[polynomial(e, ends) for e in row] for row in rows]
     powers = {p for rows in read.values() for row in rows for e in row for p in e}
     degrees = [max((p[k] for p in powers), default=0) for k in range(len(ends))]
     many = prod(2 + (d - 1) * n for d, n in zip(degrees, cells) if d)
     need(many <= MOST_FAMILY, "the family has too many vertices")
-    need(all(degrees), "the plant doesn't depend on a parameter")
+    need(all(degrees), "the plant doesn't depend on one of its parameters")
     if measured is not None:
         scheduled(measured, ends, read)
     return ends, cells, degrees, read
@@ -146,7 +145,7 @@ def scheduled(measured, ends, read):
     w_i >= 0 of sum 1, products of (p - a)/(b - a) or (b - p)/(b - a). Then B K(p) is
     [w_1 B, w_2 B, ...] times the gains below each other, a constant one.
     """
-    good = isinstance(measured, list) and measured and len(measured) == len({*measured})
+    good = measured and len(measured) == len({*measured})
     need(good and {*measured} <= ends.keys(), "what is measured is no parameter")
     none = dict.fromkeys(ends, 0)
     weights = [{tuple(none.values()): Fraction(1)}]
@@ -182,7 +181,7 @@ def product_of(first, second):
 
 def polynomial(text, ends):
     """Coefficients by powers of the parameters, of a sum of products."""
-    need(isinstance(text, str) and text, f"{text!r:.40} is no polynomial")
+    need(text, f"{text!r:.40} is no polynomial")
     rest, terms = text.replace(" ", ""), {}
     while rest:
         found = re.match(rf"([-+]?)({FACTOR}(?:\*{FACTOR})*)", rest, re.ASCII)
@@ -251,9 +250,9 @@ def by_corners(measured):
 
 def listed(names, many):
     """The ``names`` of so ``many`` signals in words, [a, b]: none is a sentence."""
-    good = isinstance(names, (list, tuple)) and len({*map(str, names)}) == many
-    good = good and all(isinstance(x, str) and re.fullmatch(SIGNAL, x) for x in names)
-    need(good and len(names) == many, "signals have names, each its own")
+    good = len({*names}) == len(names) == many
+    good = good and all(re.fullmatch(SIGNAL, x) for x in names)
+    need(good, "signals have names, each its own")
     return f"[{', '.join(names)}]"
 
 

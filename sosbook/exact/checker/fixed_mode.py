@@ -42,12 +42,12 @@ class FixedMode:
         need("law" not in d or d["K"] is None, "a law's gain is free")
         A = "A"
         if d["K"] is not None:
-            t.put("K", d, "K", N)
+            t.put("K", d, "K", (m, N))
             A = "(A + Bu K)"
         h = [ratio(x) for x in d["polynomial"]]
         k = len(h) - 1
         need(k > 0 and h[-1] == 1, "the polynomial must be monic")
-        t.put("V", d, "rows", entry=ratio)
+        t.put("V", d, "rows", (k, N), ratio)
         t.data["L"] = [["1" if b == a + 1 else "0" for b in range(k)]
                        for a in range(k - 1)]  # fmt: skip
         minus = (x[1:] if x[0] == "-" else f"-{x}" for x in d["polynomial"][:-1])
@@ -61,7 +61,6 @@ class FixedMode:
         value, slope = steps(h, x, y)
         good = value <= CLOSE**2 * (x * x + y * y) * slope
         need(good, "no mode is near the point")
-        need(isinstance(d["witness"], list), "the witness must be a list")
         if d["witness"]:
             v = [(number(a), number(b)) for a, b in d["witness"]]
             need(len(v) == len(alpha), "the witness has a wrong length")
@@ -95,16 +94,17 @@ def broken(asked, d):
     those of s = (z - 1)/dt.
     """
     stable = stability(d)
-    text = STABLE if stable is STABILITY else region(stable | {"kind": "region"})[2]
+    if asked is not None and asked["kind"] != "region":
+        raise Beyond(f"what a pole does to a {asked['kind']!r} isn't known here")
+    alpha, beta, text = region(asked or stable | {"kind": "region"})
     if asked is not None:
-        if asked["kind"] != "region":
-            raise Beyond(f"what a pole does to a {asked['kind']!r} isn't known here")
         sane(asked["name"])
         plain = asked["form"] == "disk"
         if asked["form"] == "half-plane":
-            plain = 2 * number(asked["sigma"]) == number(asked["alpha"][0][0])
-        text = region(asked)[2] if plain else in_matrices(asked)
-    alpha, beta, _ = region(asked or stable | {"kind": "region"})
+            plain = 2 * number(asked["sigma"]) == alpha[0][0]
+        text = text if plain else in_matrices(asked)
+    elif stable is STABILITY:
+        text = STABLE
     return at_ticks(d["plant"], alpha, beta, text)
 
 

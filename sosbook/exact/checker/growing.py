@@ -3,7 +3,7 @@
 from .arithmetic import need
 from .fixed_mode import broken, half_plane, place
 from .plants import plant
-from .text import Text, mat, number
+from .text import Text, number
 
 
 class Growing:
@@ -20,7 +20,7 @@ class Growing:
         vertices, N, m, _ = plant(t, d)
         where, mean = place(t, d, len(vertices))
         t.write(*(f"{x} = {mean.format(x)}" for x in ("E", "A", "Bu")))
-        t.put("K", d, "K", N)
+        t.put("K", d, "K", (m, N))
         alpha, beta, text = broken(d["requirement"], d)
         a, b = ([number(e[k]) for e in d["witness"]] for k in (0, 1))
         need(len(a) == len(alpha), "the witness has a wrong length")
@@ -34,9 +34,8 @@ class Growing:
             t.write("F = [re L, -im L; im L, re L]", "H = [E, 0 E; 0 E, E]")
         else:
             t.write("F = re L", "H = E")
-        t.put("P", d, "form")
-        t.put("x", d, "start")
-        mat(d["start"], N, 1)
+        t.put("P", d, "form", (N, N))
+        t.put("x", d, "start", (N, 1))
         t.write("even: P == P'",
                 "grows: H' P F + F' P H + level H' P H > 0",
                 "begins: x' H' P H x > 0")  # fmt: skip

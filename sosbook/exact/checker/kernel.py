@@ -24,9 +24,13 @@ def shape_of(spec, reader):
     """(rows, columns, symmetric) of "symmetric n" or "n x m"; None of "number"."""
     if spec == "number":
         return None
-    even = spec.startswith("symmetric ")
-    parts = spec[10:] if even else spec
-    n = [size(reader.value(Parser(p).expression())) for p in parts.split(" x ")]
+    good = isinstance(spec, str) and spec.count(" x ") + spec.count("symmetric ") == 1
+    need(good, f"{spec!r:.40} is no shape")
+    even, n = spec.startswith("symmetric "), []
+    for part in spec.removeprefix("symmetric ").split(" x "):
+        p = Parser(part)
+        n.append(size(reader.value(p.expression())))
+        need(p.k == len(p.t), f"{spec!r:.40} is no shape")
     return n[0], n[-1], even
 
 
@@ -53,10 +57,18 @@ def check(file, decide=None, of=Reader):
     are multiplied faster: who believes these believes that.
     """
     decide = decide or (lambda label, x, semi: definite(x, semi))
-    whole = "the text isn't in the file: python -I checker writes it, and decides"
-    need(isinstance(file["text"], (list, tuple)), whole)
+    words = "the text isn't in the file: python -I checker writes it, and decides"
+    lines = file.get("text") if isinstance(file, dict) else None
+    good = isinstance(lines, (list, tuple)) and all(isinstance(x, str) for x in lines)
+    need(good, words)
+    for name in ("data", "sets", "unknowns", *({"point", "multipliers"} & {*file})):
+        need(isinstance(file.get(name), dict), f"{name}: names with values are needed")
+    for name, several in file["sets"].items():
+        lists = isinstance(several, list) and all(isinstance(u, list) for u in several)
+        good = lists and all(isinstance(w, str) for u in several for w in u)
+        need(good, f"{name} is no set: a list of lists of words")
     data = {k: of.read(v) for k, v in file["data"].items()}
-    program, plain = parse("\n".join(file["text"])), of(data)
+    program, plain = parse("\n".join(lines)), of(data)
     shapes = {k: shape_of(spec, plain) for k, spec in file["unknowns"].items()}
     need(("point" in file) != ("multipliers" in file), "a point, or multipliers")
     if "point" not in file:
@@ -78,10 +90,11 @@ def check(file, decide=None, of=Reader):
 def holds(sign, label, x, y, decide):
     """Refuse a statement that isn't so."""
     if sign == "==":
-        need(x.v == y.v, f"{label} isn't an identity")
+        same = scalar(x.v) == scalar(y.v) and x.v == y.v
+        need(same, f"{label} isn't an identity")
     else:
         v = x.v.below() if isinstance(x.v, Mat) else x.v
-        good = y.v == 0 and decide(label, v, sign == ">=")
+        good = scalar(y.v) and y.v == 0 and decide(label, v, sign == ">=")
         need(good, f"the block {label} isn't positive " + "semi" * (sign == ">=")
              + "definite")  # fmt: skip
 
@@ -104,7 +117,7 @@ def exclude(program, reader, shapes, file, decide):
             continue
         if scalar(x.v) and not scalar(z):
             z = trace(z)
-        good = y.v == 0 and (scalar(z) or (z.r, z.c) == (x.v.r, x.v.c))
+        good = scalar(y.v) and y.v == 0 and (scalar(z) or (z.r, z.c) == (x.v.r, x.v.c))
         need(
             good and scalar(z) == scalar(x.v), f"the multiplier of {label} doesn't fit"
         )

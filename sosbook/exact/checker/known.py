@@ -67,7 +67,8 @@ class Known:
         self.vertices, self.few = vertices, distinct(vertices)
         self.pairs = [(0, 1)] if len(self.few) > 1 else []
         self.many, law = len(vertices), d["law"] is not None
-        t.put("K", d, "K", self.N)
+        size = (None, len(d["law"]["signals"])) if law else (self.m, self.N)
+        t.put("K", d, "K", size)
         if law:
             self._law(d["law"], self.m)
         else:
@@ -79,11 +80,11 @@ class Known:
             under(whole, d["law"], free) * bool(self.m) + " is stable" + ticks(whole)
         )
         signal = "u" if law else "K x"
+        if any(r["kind"] not in BLOCKS for r in d["requirements"]):
+            raise Beyond("an author's theorem with multipliers isn't a text")
         self.claims, asked = stated(stable, d, signal)
         self.ids = {id(r): k for k, r in enumerate(d["requirements"], 1)}
         for k, r in enumerate(d["requirements"], 1):
-            if r["kind"] not in BLOCKS:
-                raise Beyond("an author's theorem with multipliers isn't a text")
             numbers_of(t, d["requirements"], k, r, self.ticks)
         root, parts = self._root(whole, [i + 1 for i in distinct(vertices)]), []
         for q, (kind, name, cuts) in enumerate(d["cells"], 1):
@@ -153,9 +154,9 @@ class Known:
     def _halves(self, cell, way):
         """The two halves of a ``cell``, cut across an edge or an axis, ``way``."""
         if self.simplex:
+            good = isinstance(way, list) and {(i,) for i in way} <= cell.keys()
+            need(good and way[0] != way[1], "an edge has two ends")
             i, j = way
-            good = type(i) is type(j) is int and i != j and {(i,), (j,)} <= cell.keys()
-            need(good, "an edge has two ends")
             middle = self._mean(cell[i,], cell[j,])
             return [cell | {(i,): middle}, cell | {(j,): middle}]
         axes = len(next(iter(cell)))

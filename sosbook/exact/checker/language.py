@@ -36,8 +36,10 @@ from .arithmetic import (
 TOKEN = re.compile(
     r"\s*(\d+(?:\.\d+)?|[A-Za-z]\w*(?:\.\w+)*|>=|==|[-+/'^()\[\],;:=>.])", re.ASCII
 )
-WORDS = {"he", "kron", "inv", "tr", "I", "O", "rows", "cols", "pick", "at",
-         "exp", "near", "norm", "most"}  # fmt: skip
+WORDS = {  # with how many arguments, at least
+    **dict(he=1, inv=1, tr=1, I=1, rows=1, cols=1, exp=1, near=1, norm=1, most=1),
+    **dict(kron=2, O=2, pick=3, at=3),
+}
 
 
 class Parser:
@@ -98,6 +100,8 @@ class Parser:
                 while self.next(","):
                     x += (self.expression(),)
                 self.must(")")
+                good = len(x) - 1 == WORDS[token] or token == "most"
+                need(good, f"{token} takes another number of arguments")
         while mark := self.next("'", "^"):
             x = ("T", x) if mark == "'" else ("pow", x, ("number", self.next()))
         return x
@@ -224,13 +228,13 @@ class Reader:
         return self.keep(a.v + turned(a.v), (a, lambda z: z + turned(z)))
 
     def op_tr(self, a):
-        return self.keep(trace(a.v), (a, lambda z: eye(a.v.r).times(z)))
+        return self.keep(trace(matrix(a)), (a, lambda z: eye(a.v.r).times(z)))
 
     def op_rows(self, a):
-        return Val(Fraction(a.v.r))
+        return Val(Fraction(matrix(a).r))
 
     def op_cols(self, a):
-        return Val(Fraction(a.v.c))
+        return Val(Fraction(matrix(a).c))
 
     def op_add(self, a, b):
         v = total(a.v, b.v)
@@ -250,7 +254,8 @@ class Reader:
 
     def op_kron(self, a, b):
         need(a.back is None, "kron needs a certain first factor")
-        return self.keep(self.kron(a.v, b.v), (b, lambda z: unkron(a.v, b.v, z)))
+        kron = self.kron(matrix(a), matrix(b))
+        return self.keep(kron, (b, lambda z: unkron(a.v, b.v, z)))
 
     def op_inv(self, a):
         need(a.back is None, "the inverse of an unknown")
@@ -264,7 +269,8 @@ class Reader:
 
     def op_at(self, a, i, j):
         i, j = size(i) - 1, size(j) - 1
-        need(a.back is None and 0 <= i < a.v.r and 0 <= j < a.v.c, "no such entry")
+        inside = 0 <= i < matrix(a).r and 0 <= j < a.v.c
+        need(a.back is None and inside, "no such entry")
         return Val(a.v.at(i, j))
 
     def op_exp(self, a):
@@ -347,10 +353,16 @@ class Reader:
                 yield step[0], self.name(step[1]), left, right
 
 
+def matrix(x):
+    """The matrix x."""
+    need(not scalar(x.v), "a matrix is needed, no number")
+    return x.v
+
+
 def certain(x):
     """The matrix x, which holds no unknown."""
-    need(x.back is None and not scalar(x.v), "a matrix without unknowns is needed")
-    return x.v
+    need(x.back is None, "a matrix without unknowns is needed")
+    return matrix(x)
 
 
 def size(n):

@@ -11,8 +11,8 @@ def put_law(t, law):
     """Write the matrices that a law joins to a plant as data."""
     keys(law, f"{PARTS_OF_LAW} states signals")
     for name in PARTS_OF_LAW.split():
-        width = len(law["rows"]) if name == "B" else 0
-        t.put(f"law.{name}", law, name, width, ratio)
+        width = len(law["rows"]) if name == "B" else None
+        t.put(f"law.{name}", law, name, (None, width), ratio)
     listed(law["states"], len(law["E"]))
     listed(law["signals"], len(law["of_sensors"]))
 
@@ -26,7 +26,7 @@ def joined(t, law, size, mean, f):
     """E, A and Bu of a plant with a law's states, f of them free: how many of each."""
     put_law(t, law)
     (N, m), c = size, len(law["E"])
-    need(type(f) is int and 0 <= f <= c, "a law has no such rows")
+    need(0 <= f <= c, "a law has no such rows")
     parts = {x: mean.format(x) for x in ("E", "A", "Bu")}
     t.write(*JOINED.format(**parts, N=N, m=m, c=c, f=f, k=c - f).split("\n"))
     return N + c, m + f

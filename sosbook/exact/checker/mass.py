@@ -19,7 +19,7 @@ class Mass:
         if d["K"] is None:
             t.point("K_A", "K_A", f"{m} x {N // 2}")
         else:
-            t.put("K_A", d, "K", N // 2)
+            t.put("K_A", d, "K", (m, N // 2))
         few, many = distinct(vertices, "MB"), len(vertices)
         t.sets["vertices"] = [[str(i + 1)] for i in few]
         for i in few:

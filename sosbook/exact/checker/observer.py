@@ -24,23 +24,22 @@ class Observer:
         """Write the text: the blocks of [T Theorem 2.5] in the file's coordinates."""
         t = self.t = Text(d)
         c, model = d["coordinates"], d["model"]
-        vertices, N, *_ = plant(t, dict(d, U=[], K_A=None))
+        vertices, N, m, _ = plant(t, dict(d, U=[], K_A=None))
         keys(c, "T left unit")
         keys(model, "E A Bu")
-        for name, holder, key in (
-            ("T1", c["T"], 0), ("T2", c["T"], 1), ("left", c, "left"),
- ("E0", model, "E"), ("A0", model, "A"),
-            ("B0", model, "Bu"), ("K", d, "K"), ("C_", d, "C"), ("Q_F", d, "Q_F"),
-            ("R_F", d, "R_F"),
+        q = len(d["C"])
+        for name, holder, key, *size in (
+            ("T1", c["T"], 0, N, N), ("T2", c["T"], 1, N, N), ("left", c, "left", N, N),
+            ("E0", model, "E", N, N), ("A0", model, "A", N, N), ("K", d, "K", m, N),
+            ("B0", model, "Bu", N, m), ("C_", d, "C", q, N), ("R_F", d, "R_F", q, q),
+            ("Q_F", d, "Q_F", 2 * N, None),
         ):  # fmt: skip
-            t.put(name, holder, key, N)
+            t.put(name, holder, key, size)
         t.put_number("unit", c, "unit")
-        need(len(c["T"]) == 2, "there are two parts of T")
         need(len(d["noises"]) == len(vertices), "a vertex without noise")
         for i, _ in enumerate(vertices):
-            t.put(f"noise.{i + 1}", d["noises"], i)
-        q, p = len(d["C"]), len(d["noises"][0][0])
-        need([len(row) for row in d["R_F"]] == [q] * q, "R_F isn't square")
+            t.put(f"noise.{i + 1}", d["noises"], i, (N, None))
+        p = len(d["noises"][0][0])
         for name, shape in (("P1", N), ("P2", N), ("J", p)):
             t.point(name, name, f"symmetric {shape}")
         t.write(
@@ -50,7 +49,7 @@ class Observer:
         t.write("Q = T' Q_F", "P = [P1, 0; 0, P2]", "P1: P1 > 0", "P2: P2 > 0")
         named = ["P1", "P2", *["trace"] * ("L" in d)]
         if "L" in d:
-            t.put("L", d, "L")
+            t.put("L", d, "L", (N, q))
             t.put_number("bound", d, "bound")
             t.write("Y = L' T1 P1", "sign.bound: bound > 0",
                     "trace: bound/unit^2 - tr(J) > 0")  # fmt: skip

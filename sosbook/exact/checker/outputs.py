@@ -46,8 +46,7 @@ class Channel:
         self.S = ""
         if "inputs" in r:
             some, p = r["inputs"], design.p
-            good = isinstance(some, list) and len(set(some)) == len(some) > 0
-            good = good and all(type(i) is int and 0 <= i < p for i in some)
+            good = len(set(some)) == len(some) > 0 and all(0 <= i < p for i in some)
             need(good, "inputs must be numbers of disturbances")
             columns = ", ".join(f"pick({i + 1}, {p}, 1)'" for i in some)
             t.write(f"some.{k} = [{columns}]")
@@ -63,7 +62,7 @@ class Channel:
         a, n = d.integrals, (d.plain - len(d.d["U"])) // 2
         wide = dict(position=n, velocity=n, acceleration=n, integral=a, state=d.N,
                     rate=d.N, input=d.m, disturbance=d.p)  # fmt: skip
-        need(isinstance(parts, list) and parts, "an output without rows")
+        need(parts, "outputs: there is no row")
         rows, used, count = {x: [] for x in "CHDZ"}, {"C"}, 0
         for place, part in enumerate(parts, 1):
             given = [x for x in SIGNALS if x in part]

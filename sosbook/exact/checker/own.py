@@ -12,13 +12,10 @@ class Own:
     def __init__(self, d):
         """Write the text: each block as a sum of a constant and terms L X R."""
         t, names = Text(d), {}
-        self.t, words = t, d.get("statement", [])
-        good = isinstance(words, list) and all(isinstance(w, str) for w in words)
-        need(good, "the statement must be words")
+        self.t = t
         for k, (name, r, c, even) in enumerate(d["shapes"], 1):
-            good = type(r) is type(c) is int and min(r, c) > 0
-            need(good, "an unknown has a name and a size")
-            need(even is False or (even is True and r == c), "not symmetric")
+            need(min(r, c) > 0, f"shapes: {name!r:.40} has no size")
+            need(not even or r == c, f"shapes: {name!r:.40} isn't symmetric")
             need(sane(name) not in names, "a name comes twice")
             names[name] = f"X.{k}"
             t.point(f"X.{k}", name, f"symmetric {r}" if even else f"{r} x {c}")
@@ -29,7 +26,7 @@ class Own:
             parts = [f"C.{i}"]
             for j, term in enumerate(row[2], 1):
                 name, turned, _, _ = term
-                need(isinstance(turned, bool), "transposed is true or false")
+                need(name in names, f"expressions: there is no unknown {name!r:.40}")
                 t.put(f"L.{i}.{j}", term, 2, entry=ratio)
                 t.put(f"R.{i}.{j}", term, 3, entry=ratio)
                 parts.append(f"L.{i}.{j} {names[name]}{chr(39) * turned} R.{i}.{j}")
@@ -37,8 +34,7 @@ class Own:
             t.write(f"block.{i}: {' + '.join(parts)} > 0")
         for e in (e for x in d.get("unknowns", {}).values() for u in x for e in u):
             count = len(re.sub("e.*|[-.]", "", e).strip("0"))
-            good = type(d["digits"]) is int and count <= d["digits"]
-            need(good, "the point has more digits")
+            need(count <= d["digits"], "the point has more digits")
         how = "these blocks are positive definite"
         if "multipliers" in d:
             how = "no point makes all these blocks positive definite"

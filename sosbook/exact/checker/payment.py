@@ -27,7 +27,7 @@ def corners(box, kind, many):
     """The corner of a box that each of so many vertices is near to, as it says."""
     rest = {name: x for name, x in box.items() if name != "corners"}
     there, places = given_vertices({"kind": kind, **rest}), box["corners"]
-    good = all(type(k) is int and 0 <= k < len(there) for k in places)
+    good = all(0 <= k < len(there) for k in places)
     need(good and len(places) == many, "each vertex has a corner of the box")
     return [there[k] for k in places]
 

@@ -5,7 +5,7 @@ from fractions import Fraction
 from . import payment
 from .arithmetic import need
 from .families import given_vertices, keys
-from .text import decimal_text, mat, ratio
+from .text import decimal_text, ratio
 
 SECOND = """E.i = [I(n), 0{z}; 0, {M}{z}{last}]
 A.i = [0, I(n){U0}; -S.i, -D.i{z}{U}]
@@ -27,7 +27,6 @@ def plant(t, d, ticks=False):
     entry, t.vertices = ratio if family else decimal_text, vertices
     t.sets["vertices"] = [[str(i + 1)] for i in range(len(vertices))]
     if kind == "second order":
-        need(isinstance(d["U"], list), "U must be a matrix")
         names = dict(zip("MDSBF", "MDSBF"))
         n, U = len(vertices[0]["M"]), len(d["U"])
         N = 2 * n + U
@@ -39,15 +38,16 @@ def plant(t, d, ticks=False):
     sizes, beside = set(), kind == "descriptor" and "C" in vertices[0]
     for i, v in enumerate(vertices, 1):
         none = dict.fromkeys(OUTPUTS) if beside else {}
-        keys(none | v, " ".join([*names, *none]))
+        keys(none | v, " ".join([*names, *none]), " of a vertex of the plant")
         for key, name in names.items():
             t.put(f"{name}.{i}", v, key, entry=entry)
         square, (B, W) = list(names)[:-2], (v[x] for x in list(names)[-2:])
         shapes = [(len(v[x]), len(v[x][0])) for x in square]
         sizes.add((*shapes, len(B), len(B[0]), len(W), len(W[0])))
-    need(len(sizes) == 1, "the vertices differ in size")
+    need(len(sizes) == 1, "the vertices of the plant differ in size")
     (*shapes, rows, m, high, p) = sizes.pop()
-    need({*shapes} == {(rows, rows)} and high == rows, "a matrix has a wrong shape")
+    good = {*shapes} == {(rows, rows)} and high == rows
+    need(good, "a matrix of the plant has a wrong shape")
     if kind == "descriptor":
         outputs_of(t, d["plant"], vertices, dict(C=N, D_u=m, D_w=p, C_a=N), entry)
         ticks = "dt" in d["plant"]
@@ -57,10 +57,10 @@ def plant(t, d, ticks=False):
         t.write(*(CHANGE if ticks else OTHER), loop="i in vertices")
         return vertices, N, m, p
     if U:
-        t.put("U", d, "U")
+        t.put("U", d, "U", (U, n))
     M = "M.i"
     if d.get("K_A") is not None:
-        t.put("K_A", d, "K_A")
+        t.put("K_A", d, "K_A", (m, n))
         M = "M.i - B.i K_A"
     more = dict(z=", 0", last="; 0, 0, I(rows(U))", U0=", O(n, rows(U))",
                 U="; U, O(rows(U), n), 0", push="; O(rows(U), cols(B.i))",
@@ -73,8 +73,7 @@ def plant(t, d, ticks=False):
 
 def vertex_of(t, k):
     """The number of one of the vertices, from 1; a file counts from 0."""
-    inside = type(k) is int and 0 <= k < len(t.vertices)
-    need(inside, "a vertex must be one of the plant's, from 0")
+    need(0 <= k < len(t.vertices), "a vertex must be one of the plant's, from 0")
     return k + 1
 
 
@@ -82,8 +81,7 @@ def coordinates(t, c, N):
     """x = T xi, u = scale v, and rows times ``left`` become data."""
     keys(c, "left T back scale sizes")
     for name in ("left", "T", "back"):
-        t.put(name, c, name)
-        mat(c[name], N, N)
+        t.put(name, c, name, (N, N))
         t.write(f"{name}.regular: inv({name}) {name} == I({N})")
     t.put_number("scale", c, "scale")
     t.write("sign.scale: scale > 0")
@@ -98,17 +96,14 @@ def outputs_of(t, plant, vertices, widths, entry):
         v = vertices[0] if "C" in vertices[0] else plant  # of ranges, or of a box
         for key in ("C", "D_u"):
             if key == "C" or v.get(key) is not None:
-                t.put(OUTPUTS[key], v, key, widths[key], entry)
+                t.put(OUTPUTS[key], v, key, (None, widths[key]), entry)
         return
     for key, name in OUTPUTS.items():
         there = [v.get(key) is not None for v in vertices]
-        need(all(there) or not any(there), "an output that one vertex hasn't")
+        need(all(there) or not any(there), f"{key}: an output that one vertex hasn't")
         for i, v in enumerate(vertices, 1):
             if there[0]:
-                t.put(f"{name}.{i}", v, key, widths[key], entry)
-                rows, wide = len(v["C"]), widths[key]
-                good = len(v[key]) == rows and all(len(u) == wide for u in v[key])
-                need(good, "an output of another shape")
+                t.put(f"{name}.{i}", v, key, (len(v["C"]), widths[key]), entry)
     need("C.1" in t.data, "there is no output")
 
 

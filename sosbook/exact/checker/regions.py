@@ -48,7 +48,7 @@ def region(r):
     need(form in FORMS, f"the form {form!r} isn't known")
     keys(r, "kind name form alpha beta " + FORMS[form])
     k = len(r["alpha"])
-    A, B = mat(r["alpha"], k, k), mat(r["beta"], k, k)
+    A, B = (mat(r[x], k, k, name=x) for x in ("alpha", "beta"))
     need(A == A.T and k, "alpha must be symmetric")
     alpha, beta = ([[x.at(i, j) for j in range(k)] for i in range(k)] for x in (A, B))
     if form == "half-plane":

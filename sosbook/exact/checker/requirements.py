@@ -147,23 +147,21 @@ def start(t, r, N, m, k):
     and the name of the rows that pick its inputs; the names end with ``k``.
     """
     keys(r, "kind name u_max x0 acceleration" + " u" * ("u" in r))
-    need(isinstance(r["acceleration"], bool), "acceleration must be true or false")
-    need(isinstance(r["x0"], list) and r["x0"], "x0 must be a list")
+    need(r["x0"], "x0 has no state")
     x0, some = f"x0{k}", ""
     if "u" in r:
-        good = isinstance(r["u"], list) and 0 < len(r["u"])
-        good = good and all(type(i) is int and 0 <= i < m for i in r["u"])
-        need(good and len({*r["u"]}) == len(r["u"]), "u aren't inputs")
+        good = len({*r["u"]}) == len(r["u"]) > 0 and all(0 <= i < m for i in r["u"])
+        need(good, "u aren't inputs")
         some = "; ".join(f"pick({i + 1}, {m}, 1)" for i in r["u"])
         t.write(f"some{k} = [{some}]")
         some = f"some{k}"
     if not isinstance(r["x0"][0], list):
         t.data[x0] = [[e] for e in r["x0"]]
-        mat(t.data[x0], N, 1)
+        mat(t.data[x0], N, 1, name="x0")
         t.places[id(r), "x0"] = "|" + x0
         return [("x0", x0, f"{x0}'")], some
     count = len(r["x0"])
-    mat(r["x0"], count, N)
+    mat(r["x0"], count, N, name="x0")
     t.put(x0, r, "x0")
     several = range(1, count + 1)
     return [(f"x0 {j}", f"{x0}.of.{j}", f"pick({j}, {count}, 1) {x0}")
@@ -177,9 +175,9 @@ def cost(d, r):
     if "C" in r:  # Q = C'C
         t.write("L = Cq'", "Wq = I(rows(Cq))")
     else:
-        Q, whole = mat(r["Q"], d.N, d.N), "Q"
+        Q, whole = mat(r["Q"], d.N, d.N, name="Q"), "Q"
         if "N" in r:  # 2 x'N u: a square of u + R^-1 N'x, and the rest
-            N, R = mat(r["N"], d.N, d.m), mat(r["R"], d.m, d.m)
+            N, R = (mat(r[x], k, d.m, name=x) for x, k in (("N", d.N), ("R", d.m)))
             need(definite(R), "R must be positive definite")
             Q = Q + (N @ inverse(R) @ N.T).times(Fraction(-1))
             whole = "Q - Nq inv(R) Nq'"
@@ -224,10 +222,11 @@ def weights(t, r, d):
     good = r["noise"] == "states" or (r["noise"] == "F" and d.p)
     need(good, 'noise must be "states", or "F" with F')
     mine = {"C": "Cq"} if "C" in r else {"Q": "Q", **({"N": "Nq"} if "N" in r else {})}
+    sizes = dict(C=(None, d.N), Q=(d.N, d.N), N=(d.N, d.m))
     keys(r, " ".join(["kind name R noise bound", *mine]))
-    t.put("R", r, "R")
+    t.put("R", r, "R", (d.m, d.m))
     for key, name in mine.items():
-        t.put(name, r, key)
+        t.put(name, r, key, sizes[key])
     t.write("R: R > 0")
     return r["noise"] == "states"
 
@@ -256,7 +255,6 @@ def stability(d):
 def stated(stable, d, signal="K x"):
     """The claims, `stable` first, and by name the requirements that prove them."""
     asked, ticks = d["requirements"], "dt" in d["plant"]
-    need(isinstance(asked, list), "requirements must be a list")
     names = [(r["kind"], sane(r["name"])) for r in asked]
     named = [NAMES.get(kind, name) == name for kind, name in names
              if kind not in SEVERAL]  # fmt: skip
@@ -352,7 +350,6 @@ def claim(r, signal="K x", ticks=False):
     if r["kind"] == "region":
         return of_z(region(r)[2]) if ticks else region(r)[2]
     if r["kind"] not in BLOCKS:
-        need(isinstance(r["claim"], str), "an author's claim must be words")
         return f"{r['name']}, by its author's theorem: {json.dumps(r['claim'])}"
     if r["kind"] in ("gamma", "h2"):
         whose = "its" if r["name"] == r["kind"] else f"{r['name']}: its"

@@ -109,7 +109,10 @@ class Sampled:
         for name in ("rate", "centre"):
             t.put_number(name, d, name)
         rate, centre = number(d["rate"]), abs(number(d["centre"]))
-        need(0 < rate and centre + rate <= 1, "the disk lies in the unit disk")
+        need(
+            0 < rate and centre + rate <= 1,
+            "rate and centre: the disk lies in the unit disk",
+        )
         need(not (centre and loop.varies), "a disk is of one clock")
         self.sizes = dict(N=loop.N, m=loop.m, n=loop.n, w=loop.N + 2 * loop.m)
         self.done, self.cells, self.boxes = {}, 0, 0
@@ -136,8 +139,8 @@ class Sampled:
         """Coordinates; those of w and z stay as they are."""
         t = self.t
         keys(frame, "L R scale")
-        t.put(f"L.f{f}", frame, "L")
-        t.put(f"R.f{f}", frame, "R")
+        t.put(f"L.f{f}", frame, "L", [self.loop.n] * 2)
+        t.put(f"R.f{f}", frame, "R", [self.loop.N] * 2)
         t.put_number(f"scale.f{f}", frame, "scale")
         self._weigh(f"L.f{f}")
         self._write(FRAME, f=f"f{f}")
@@ -155,18 +158,15 @@ class Sampled:
         keys(node, "halve halves")
         first, second, cut = list(corners), list(corners), node["halve"]
         if self.loop.axes:
-            need(
-                type(cut) is int and 0 <= cut < self.loop.axes, "there is no such axis"
-            )
+            good = isinstance(cut, int) and 0 <= cut < self.loop.axes
+            need(good, "there is no such axis")
             step = 1 << self.loop.axes - 1 - cut
             pairs = [(k | step, k) for k in range(len(corners)) if not k & step]
         else:
-            pairs = [cut]
-            good = len(cut) == 2 and all(type(x) is int for x in cut)
-            good = (
-                good and cut[0] != cut[1] and 0 <= min(cut) <= max(cut) < len(corners)
-            )
+            good = isinstance(cut, list) and len({*cut}) == 2
+            good = good and all(0 <= k < len(corners) for k in cut)
             need(good, "there is no such edge")
+            pairs = [cut]
         for i, j in pairs:
             first[i] = second[j] = self._mean(corners[i], corners[j])
         one, other = node["halves"]
@@ -185,9 +185,7 @@ class Sampled:
         """A cell's middle, how far its plants are from it, and its boxes of clocks."""
         t, n, f = self.t, len(corners), node["frame"]
         keys(node, "frame growth times" + " P" * ("P" in node))
-        need(
-            type(f) is int and 0 <= f < len(self.d["frames"]), "there is no such frame"
-        )
+        need(0 <= f < len(self.d["frames"]), "there is no such frame")
         self.cells += 1
         at = dict(q=f"q{self.cells}", f=f"f{f}")
         q = at["q"]
@@ -197,7 +195,7 @@ class Sampled:
             need(len(node["P"]) == n, "there is a P for each corner")
             P = [f"P.{q}.{k}" for k in range(n)]
             for k, name in enumerate(P):
-                t.put(name, node["P"], k)
+                t.put(name, node["P"], k, [self.loop.n] * 2)
                 t.write(f"even.{name}: {name} == {name}'")
                 self._weigh(name)
             t.write(f"P.{q} = ({' + '.join(P)})/{n}")
@@ -278,7 +276,8 @@ class Sampled:
         t, b = self.t, self.boxes
         at = at | dict(b=b)
         bends = edges or T[0] < T[1] or late[0] < late[1]
-        keys(times, " ".join(["share"] * bool(bends) + ["G"] * ("G" in times)))
+        own = ["share"] * bool(bends) + ["G"] * ("G" in times)
+        keys(times, " ".join(own), " of times")
         need(P or "G" not in times, "G needs P")
         backward = sum(T) < sum(late)  # at the middle the delay is the longer one
         T = [self.loop.times["T", x] for x in T]
@@ -290,7 +289,7 @@ class Sampled:
         G = f"P.{at['q']}"
         if "G" in times:
             G = f"G.{b}"
-            t.put(G, times, "G")
+            t.put(G, times, "G", [self.loop.n] * 2)
         line = FALLS[bool(P), bool(bends)]
         places = product(dict.fromkeys(T), dict.fromkeys(late), enumerate(corners))
         for place, (x, y, (k, c)) in enumerate(places):

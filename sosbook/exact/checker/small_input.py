@@ -35,14 +35,16 @@ class SmallInput:
         _, N, m, _ = plant(t, d)
         need(d["K"] is None, "the gain must be free")
         need(not design.slack, "this proof is for a common P")
-        bound, *others = [r for r in design.asked if r["kind"] == "input"]
-        need(not others and "u" not in bound, "this proof is for one bound of u")
+        bounds = [r for r in design.asked if r["kind"] == "input"]
+        one = len(bounds) == 1 and "u" not in bounds[0]
+        need(one, "requirements: this proof is for one bound of u")
+        (bound,) = bounds
         need(bound["acceleration"] is False, "this proof is for a bound of K x")
         vertex, k = vertex_of(t, d["vertex"]), len(d["spread"])
         need(0 < k < N, "the part must be smaller than the plant")
         env, self.k, self.N = t.values(), k, N
         E, A, B = (env[f"{x}.{vertex}"] for x in ("E", "A", "Bu"))
-        x0 = mat([[e] for e in bound["x0"]], N, 1)
+        x0 = mat([[e] for e in bound["x0"]], N, 1, name="x0")
         L, F_of, blur, spread = self._enclosed(d, E, A, real(B), real(E @ x0))
         S, F = self._multiplied(d, design)
         push, begin = F_of
@@ -52,7 +54,7 @@ class SmallInput:
         Q_blur = sizes_of(F) @ blur
         Q_blur = Q_blur + Q_blur.T
         f_blur = sizes_of(F) @ spread @ sizes_of(part(push, k, N - k, 0, m))
-        U, price = complex_of(d["share"], k), complex_of(d["price"], m)
+        U, price = (complex_of(d[x], n, x) for x, n in (("share", k), ("price", m)))
         room = [*sums(f_blur), *sums(f_blur.T)]
         (a, b), (c, e), (f1, f2), (g1, g2) = map(halves, (U, price, f, f.T))
         whole = real_form(table([[a, f1], [g1, c]]), table([[b, f2], [g2, e]]))
@@ -77,9 +79,10 @@ class SmallInput:
         """L0, T B and T E x0, and the bounds, which map into themselves."""
         k, N = self.k, self.N
         r = N - k
-        spread, blur = mat(d["spread"], k, r), mat(d["blur"], k, k)
+        spread = mat(d["spread"], k, r, name="spread")
+        blur = mat(d["blur"], k, k, name="blur")
         need(min(map(min, spread.a + blur.a)) >= 0, "a bound is negative")
-        T, R = (complex_of(d[x], N) for x in ("rows", "columns"))
+        T, R = (complex_of(d[x], N, x) for x in ("rows", "columns"))
         K, J = (between(T, x, R) for x in (A, E))
         off = J + eye(2 * N).times(-1)
         need(max(sums(sizes_of(off))) < 1, "the columns aren't near an inverse")
@@ -113,8 +116,12 @@ class SmallInput:
         asked["stability", "stability"] = STABILITY | {"kind": "region"}
         S = F = zeros(2 * k, 2 * k)
         for key, pair in d["multipliers"]:
-            alpha, beta, _ = region(asked.pop(tuple(key)))
-            z = complex_of(pair, len(alpha) * k)
+            name = key if isinstance(key, str) else tuple(key)
+            need(
+                name in asked, f"multipliers: nothing is asked of {key!r:.40}, or twice"
+            )
+            alpha, beta, _ = region(asked.pop(name))
+            z = complex_of(pair, len(alpha) * k, "multipliers")
             need(definite(z, semi=True), f"the multiplier of {key} isn't positive")
             for i, (a, b) in enumerate(zip(alpha, beta)):
                 for j in range(len(a)):
@@ -146,10 +153,9 @@ def between(T, x, R):
     return real_form(a @ c + (b @ e).times(-1), a @ e + b @ c)
 
 
-def complex_of(pair, n):
+def complex_of(pair, n, name):
     """A square matrix of n complex rows, from its real and its imaginary part."""
-    re, im = pair
-    return real_form(mat(re, n, n), mat(im, n, n))
+    return real_form(*(mat(x, n, n, name=name) for x in pair))
 
 
 def halves(x):

@@ -17,7 +17,9 @@ def parts(asked):
     about = [
         (k, asked[k]) for k in ("plant", "U", "K_A", "K", "law", "L") if asked.get(k)
     ]
-    starts = [r["x0"] for r in asked.get("requirements", []) if "x0" in r]
+    several = asked.get("requirements")
+    several = several if isinstance(several, list) else []
+    starts = [r["x0"] for r in several if isinstance(r, dict) and "x0" in r]
     return about + [("x0", x) for x in starts]
 
 

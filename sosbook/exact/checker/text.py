@@ -7,9 +7,10 @@ a file may hold the text that is written here and no other.
 import re
 from fractions import Fraction
 
-from .arithmetic import gather, integer, need, read
+from .arithmetic import gather, integer, named, need, read
 from .language import Reader, parse
 
+NO_SIZE = None, None  # of rows and columns
 DECIMAL = re.compile(r"[-+.e0-9]{1,30}", re.ASCII)
 
 
@@ -23,11 +24,19 @@ def sane(name):
 
 def decimal_text(text):
     """The text of a number: a decimal in its shortest form, in a string."""
-    good = isinstance(text, str) and DECIMAL.fullmatch(text)
-    shortest = repr(float(text) + 0.0) if good else ""
-    shortest = shortest[:-2] if shortest.endswith(".0") else shortest
-    need(good and text == shortest, f"{text!r:.40} isn't a decimal number in a string")
+    need(is_decimal(text), f"{text!r:.40} isn't a decimal number in a string")
     return text
+
+
+def is_decimal(text):
+    """True of a decimal in its shortest form, in a string."""
+    try:
+        shortest = repr(float(text) + 0.0) if DECIMAL.fullmatch(text) else ""
+    except (TypeError, ValueError):  # no string, or "1e"
+        return False
+    return text != "" and text == (
+        shortest[:-2] if shortest.endswith(".0") else shortest
+    )
 
 
 def number(text):
@@ -52,19 +61,20 @@ def positive(text):
     return number(text)
 
 
-def mat(rows, r, c=None, entry=number):
+def mat(rows, r, c=None, entry=number, name="a matrix"):
     """A `Mat` with r rows, and c columns if they are told."""
-    return gather(*entries(rows, r, c, entry))
+    return gather(*entries(rows, r, c, entry, name))
 
 
-def entries(rows, r, c, entry):
+def entries(rows, r, c, entry, name):
     """Each entry of a matrix as it is read, and how many columns there are."""
     good = isinstance(rows, list) and len(rows) == r
     good = good and all(isinstance(u, list) for u in rows)
     c = len(rows[0]) if good and rows and c is None else c or 0
     good = good and all(len(u) == c for u in rows)
-    need(good, f"a matrix has a wrong shape: {r} x {c} is needed")
-    return [[entry(e) for e in u] for u in rows], c
+    need(good, f"{name} has a wrong shape: {r} x {c} is needed")
+    with named(name):
+        return [[entry(e) for e in u] for u in rows], c
 
 
 def words_of(rows):
@@ -79,17 +89,20 @@ class Text:
         self.data, self.sets, self.unknowns, self.found = {}, {}, {}, {}
         self.labels = {}  # from a block's key to its label
 
-    def put(self, name, holder, key, width=0, entry=decimal_text, into=None):
-        """A matrix of what is asked becomes data; without rows it has a width."""
+    def put(self, name, holder, key, size=NO_SIZE, entry=decimal_text, into=None):
+        """A matrix of what is asked becomes data; its rows and columns, if known."""
         x, into = holder[key], self.data if into is None else into
-        need(isinstance(x, list), f"{key!r:.40} must be a matrix")
-        r, c = len(x), len(x[0]) if x else width
-        entries(x, r, c, entry)
+        plain = isinstance(key, int) or key in name
+        said = name if plain else f"{key} ({name})"
+        need(isinstance(x, list), f"{said} must be a matrix")
+        r, c = (k if n is None else n for k, n in zip((len(x), len([*x, ()][0])), size))
+        entries(x, r, c, entry, said)
         self._keep(name, holder, key, into, x if r and c else {"zeros": [r, c]})
 
     def put_number(self, name, holder, key):
         """A number of what is asked becomes data."""
-        number(holder[key])
+        with named(key):
+            number(holder[key])
         self._keep(name, holder, key, self.data, holder[key])
 
     def _keep(self, name, holder, key, into, value):
@@ -103,8 +116,9 @@ class Text:
         values = self.asked.get("unknowns")
         if values is None:
             return
-        need(key in values, f"the unknown {key} is missing")
-        self.put(name, values, key, into=self.found)
+        need(key in values, f"unknowns: {key} is missing")
+        size = (1, 1) if shape == "number" else NO_SIZE
+        self.put(name, values, key, size, into=self.found)
         if shape == "number":
             ((self.found[name],),) = values[key]
             self.places[id(values), key] = "#" + name
@@ -128,15 +142,15 @@ class Text:
         whole |= dict(sets=self.sets, unknowns=self.unknowns)
         if "multipliers" not in self.asked:
             given = self.asked.get("unknowns", {})
-            good = isinstance(given, dict) and len(given) == len(self.found)
-            need(good, "other unknowns")
+            need(len(given) == len(self.found), "other unknowns")
             return whole | {"point": self.found}
         Z = {}
         for key, z in self.asked["multipliers"]:
             label = self.label(key)
             need(label not in Z, "two multipliers have one key")
-            good = isinstance(z, list) and all(isinstance(u, list) for u in z)
-            need(good and [ratio(e) for u in z for e in u], "a multiplier is no matrix")
+            with named(f"multipliers: {label}"):
+                good = [ratio(e) for u in z for e in u]
+                need(good, "a multiplier is no matrix")
             Z[label] = z
         return whole | {"multipliers": Z}
 
@@ -146,5 +160,5 @@ class Text:
 
     def label(self, key):
         key = key if isinstance(key, str) else tuple(key)
-        need(key in self.labels, f"a multiplier of {key}, which is no block")
+        need(key in self.labels, f"multipliers: {key!r:.40} is no block")
         return self.labels[key]

@@ -15,7 +15,7 @@ all other states of s(k+1) are ``later`` s.
 from fractions import Fraction
 
 from .arithmetic import Mat, need
-from .families import CONSTANT, every_plant, keys, ranges
+from .families import CONSTANT, every_plant, keys, listed, ranges
 from .outputs import at_vertex
 from .plants import along_one, determinant, one_sign, plant, suffice
 from .requirements import claim
@@ -64,7 +64,6 @@ class Ticks:
         """The ends of T, and of what a delay leaves beyond its whole ticks."""
         t, d = self.t, self.d
         for x in ("T", "delay"):
-            need(isinstance(d[x], list) and len(d[x]) == 2, f"{x} has two ends")
             for k, end in enumerate(("lo", "hi")):
                 t.put_number(f"{x}.{end}", d[x], k)
         (lo, hi), late = self.T, self.late = [list(map(number, d[x]))
@@ -86,8 +85,8 @@ class Ticks:
         """w and z / gamma, as many: zeros join the fewer ones."""
         t = self.t
         own = [x for x in ("outputs", "inputs") if x in r]
-        keys(r, " ".join(["kind name gamma mu", *own]))
         need(r["kind"] == "gamma" and self.p, "a norm is that of H-infinity, from w")
+        keys(r, " ".join(["kind name gamma mu", *own]))
         need(number(self.d["rate"]) == 1, "a norm is proven with a rate of one")
         t.put_number("gamma", r, "gamma")
         t.write("sign.gamma: gamma > 0")
@@ -113,7 +112,7 @@ class Ticks:
             gain, own, width = "law.D", "law.C", N
         else:
             t.put("gain", self.d, "K")
-            gain, own, width = "gain", f"O({g}, 0)", len(K[0])
+            gain, own, width = "gain", f"O({g}, 0)", len(K[0]) if K else 0
             need(len(K) == g and width in (N, order), "K has another size")
         W, parts = g * (past + 1), past + 1
 
@@ -144,20 +143,14 @@ class Ticks:
         lo, hi = self.T
         timed = dt not in (None, True) and lo <= number(dt) <= hi
         need(timed or dt is True or (dt is None and not q), "K has another clock")
-        for x, width in zip("ABCD", (q, N, q, N)):
-            t.put(f"law.{x}", K, x, width)
         shapes = dict(A=(q, q), B=(q, N), C=(g, q), D=(g, N))
-        for x, size in (("inputs", N), ("outputs", g)):
-            need(x not in K or len(K[x]) == size, f"K has another number of {x}")
+        for x, size in shapes.items():
+            t.put(f"law.{x}", K, x, size)
         reads = "D_w" in K
         need(reads == ("B_w" in K), "B_w and D_w say together how K reads w")
         if reads:
             for x in ("B_w", "D_w"):
-                t.put(f"law.{x}", K, x, len(K["D_w"][0]))
-        values = t.values()
-        for x, shape in shapes.items():
-            x = values[f"law.{x}"]
-            need((x.r, x.c) == shape, "a matrix of K has another shape")
+                t.put(f"law.{x}", K, x, (len(K[x[0]]), len(K["D_w"][0])))
         wide = f"O({q}, {k})"
         read = f"O({g}, {k})"
         if reads and k:
@@ -218,7 +211,7 @@ def said(d, many):
     """The claims of a proof with data ``d``, of a plant with so ``many`` vertices."""
     centre, rate = (float(number(d[x])) for x in ("centre", "rate"))
     clock, varies = words(*([float(number(e)) for e in d[x]] for x in ("T", "delay")))
-    more = [x for x in (in_order(d), clock) if x]
+    more = [x for x in (called(d), clock) if x]
     which = every_plant(d["plant"], many, CONSTANT)
     loop = ", ".join([f"the sampled loop of {which}", *more]) + "," * bool(more)
     if centre:
@@ -247,20 +240,40 @@ def words(T, delay):
     return "with " + " and ".join(fixed) if fixed else "", many
 
 
-def in_order(d):
-    """The words for a law whose inputs and outputs nobody named."""
+def called(d):
+    """The words for the names of a law's signals, or for their order without any.
+
+    The plant's z may have other names than z1, z2, ..: all other names follow from
+    these, so that none can be another's.
+    """
     K = d["K"]
-    if not isinstance(K, dict) or K.get("inputs"):
+    if not isinstance(K, dict):
         return ""
-    made = [f"u{k + 1}" for k in range(len(K["D"]))] if len(K["D"]) > 1 else ["u"]
-    v = d["plant"]
-    v = v if "vertices" not in v else v["vertices"][0]
+    made, read, n = signals(d)
+    if not K.keys() & {"inputs", "outputs"}:
+        return f"where K makes {', '.join(made)} of {', '.join(read)}, in this order"
+    own = [K.get(x) for x in ("outputs", "inputs")]
+    z = (own[1] or [])[:n]
+    good = own == [*signals(d, z)][:2]
+    need(good, f"K.inputs and K.outputs aren't {', '.join(read)} and {', '.join(made)}")
+    return "" if own[1] == read else f"with z = {listed(z, n)}"
+
+
+def signals(d, z=()):
+    """What a law makes, and what it reads: inputs and states of the plant, by name.
+
+    ``z``: what its coordinates are called, if not z1, z2, ..; of these there are so
+    many as the third thing says.
+    """
+    plant, inputs = d["plant"], range(1, len(d["K"]["D"]) + 1)
+    made = [f"u{k}" for k in inputs] if len(inputs) > 1 else ["u"]
+    v = plant if "vertices" not in plant else plant["vertices"][0]
     if "M" not in v:
-        read = [f"x{k + 1}" for k in range(len(v["E"]))]
-    else:
-        z = [f"z{k + 1}" for k in range(len(v["M"]))]
-        read = z + [f"{x}'" for x in z] + [integral(row, z) for row in d["U"]]
-    return f"where K makes {', '.join(made)} of {', '.join(read)}, in this order"
+        x = [f"x{k + 1}" for k in range(len(v["E"]))]
+        return made, plant.get("states", x), 0
+    z = [*z] or [f"z{k + 1}" for k in range(len(v["M"]))]
+    read = z + [f"{x}'" for x in z] + [integral(row, z) for row in d["U"]]
+    return made, read, len(v["M"])
 
 
 def integral(row, z):

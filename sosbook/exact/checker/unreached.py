@@ -3,7 +3,7 @@
 from .families import keys, ticks, vertex_words
 from .outputs import at_vertex, ends
 from .plants import plant, vertex_of
-from .text import Text, mat, ratio
+from .text import Text, ratio
 
 
 class UnreachedResponse:
@@ -26,11 +26,10 @@ class UnreachedResponse:
         k = vertex_of(t, d["vertex"])
         t.put_number("gamma", *at)
         for name, rows in (("s", [1, 1]), ("v", [N] * 2), ("y", [None] * 2)):
-            t.put(name, d, name, entry=ratio)
-            mat(d[name], 2, rows[0], ratio)
+            t.put(name, d, name, (2, rows[0]), ratio)
         A, (C, D, Z, S, _) = f"A.{k}", at_vertex(t, d, sizes, r, k)
         if d["K"] is not None:
-            t.put("K", d, "K", N)
+            t.put("K", d, "K", (m, N))
             A, C = f"({A} + Bu.{k} K)", f"({C} + {D} K)" if D else C
         else:
             t.write(f"input: v Bu.{k}{D and ' + y ' + D} == O(2, {m})")

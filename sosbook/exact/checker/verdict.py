@@ -22,8 +22,9 @@ from importlib import import_module
 from threading import Lock, Timer
 
 from . import kernel
-from .arithmetic import MOST_DIGITS, Beyond, Refused, need
+from .arithmetic import MOST_DIGITS, Beyond, Refused, need, zeros_of
 from .families import keys, part_of
+from .fields import ANY, fits, in_form, well_formed
 from .kernel import MALFORMED, MOST_BYTES
 from .subject import about, digest, subject, wanted_gain, wanted_plant
 from .text import sane
@@ -92,6 +93,7 @@ def text_of(asked):
         raise Beyond(f"rationals can't redo this proof: {BEYOND[whole]}")
     if whole == FOLDED and "frames" not in asked:
         raise Beyond("its cells have no frames, so the package's balls decide alone")
+    well_formed(asked)
     *refused, kind = whole.rsplit("infeasible ", 1)
     if kind.startswith(OF_AUTHOR):
         kind = sane(whole) and "lmi"
@@ -182,24 +184,34 @@ def skeleton(x, place, text):
 
 def asked_of(file):
     """The request of a file, with its kind; `text_of` decides if it is allowed."""
+    in_form(file)
     if "text" not in file:
         need(file.keys() == PLAIN, "a file without a text has other keys")
         return file["asks"] | {"kind": file["kind"]}
     given = {"=": file["data"] | file.get("point", {}), "#": file.get("point", {}),
              "|": file["data"], "*": file.get("multipliers", {})}  # fmt: skip
 
-    def value(x):
+    def value(x, at):
         if isinstance(x, str) and x[:1] in given:
+            need(x[1:] in given[x[0]], f"{at}: there is no {x:.40}")
             y = given[x[0]][x[1:]]
             if isinstance(y, dict):
-                r, c = y["zeros"]
-                return [[] for _ in range(r)] if c == 0 else []
-            return [[y]] if x[0] == "#" else [e for (e,) in y] if x[0] == "|" else y
+                none = zeros_of(y)
+                return [[] for _ in range(none.r)] if none.c == 0 else []
+            if x[0] == "|":
+                fits(y, [(ANY,)], at)
+                return [e for (e,) in y]
+            return [[y]] if x[0] == "#" else y
         if isinstance(x, dict):
-            return {k: v if k in AS_WRITTEN else value(v) for k, v in x.items()}
-        return [value(v) for v in x] if isinstance(x, list) else x
+            return {
+                k: v if k in AS_WRITTEN else value(v, f"{at}.{k:.40}")
+                for k, v in x.items()
+            }
+        if isinstance(x, list):
+            return [value(v, f"{at}.{k}") for k, v in enumerate(x)]
+        return x
 
-    return {"kind": file["kind"], **value(file["asks"])}
+    return {"kind": file["kind"], **value(file["asks"], "asks")}
 
 
 def check(text):
