@@ -137,8 +137,10 @@ def start(x):
     return MATRIX if isinstance(x, list) and isinstance([*x, 0][0], list) else [NUMBER]
 
 
-OUTPUT = {f"{x}?": lambda x: TEXT if isinstance(x, str) else ROWS for x in SIGNALS}
-OUTPUT["name?"] = TEXT
+OUTPUT = {
+    "name?": TEXT,
+    **{f"{x}?": lambda x: TEXT if isinstance(x, str) else ROWS for x in SIGNALS},
+}
 THEOREM = {"numbers": {"*": NUMBER}, "unknowns": {"*": (TEXT, TEXT)},
            "blocks": [(TEXT, TEXT, TEXT)]}  # fmt: skip
 LAW = of(MATRIX, "rows noise E A B of_sensors of_states") | of([TEXT], "states signals")
