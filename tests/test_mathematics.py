@@ -35,15 +35,6 @@ def test_what_is_no_tex_is_a_fault_and_the_next_formula_is_set(mathematics):
     assert "<mjx-container" in mathematics.formula("x^2", False)["html"]
 
 
-def test_the_sheet_has_the_letters_that_are_used_and_braces_in_quotes(mathematics):
-    sheet = mathematics.asked("")["css"]
-    kept = mathematics.used(sheet, {"mjx-c1D440", "mjx-c7B"})
-    assert ".mjx-c1D440.TEX-I::before" in kept and 'content: "{"' in kept
-    assert ".mjx-c1D441" not in kept and "@font-face" in kept
-    every = set(mathematics.LETTER.findall(sheet))
-    assert mathematics.used(sheet, every).split() == sheet.split()
-
-
 @pytest.mark.browser
 @pytest.mark.parametrize("count", [6, *campaign([40])])
 def test_links_land_on_their_places(site, visit, count):

@@ -7,7 +7,6 @@ what isn't TeX is a warning of the build.
 
 import json
 import os
-import re
 import shutil
 import subprocess
 import sys
@@ -23,8 +22,6 @@ from sphinx.util.math import get_node_equation_number
 HERE = Path(__file__).resolve().parent
 FONTS = "mathjax/fonts"
 SHEET = "mathematics.css"
-LETTER = re.compile(r"mjx-c[0-9A-F]+\b")
-RULE = re.compile(r'([^\n{}]*)\{(?:"(?:\\.|[^"\\])*"|[^{}"])*\}\n?')
 log = logging.getLogger(__name__)
 
 
@@ -99,21 +96,11 @@ def display(translator, node):
     raise nodes.SkipNode
 
 
-def used(sheet, letters):
-    """The rules of a sheet, without letters that no page has."""
-    rules = RULE.finditer(sheet)
-    return "".join(r[0] for r in rules if letters.issuperset(LETTER.findall(r[1])))
-
-
 def finish(app, exception):
-    """Write the sheet of the letters that the pages have."""
-    if exception or app.builder.name != "html":
-        return
-    letters = set()
-    for page in Path(app.outdir).rglob("*.html"):
-        letters.update(LETTER.findall(page.read_text("utf-8")))
-    sheet = used(asked("")["css"], letters)
-    (Path(app.outdir) / "_static" / SHEET).write_text(sheet, "utf-8")
+    """Write the sheet of all letters; lighter.py leaves those that the pages have."""
+    if not exception and app.builder.name == "html":
+        sheet = Path(app.outdir) / "_static" / SHEET
+        sheet.write_text(asked("")["css"], "utf-8")
 
 
 def setup(app):

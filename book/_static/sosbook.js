@@ -94,15 +94,29 @@
       box.closest("details").open = true;
       scrollBy(0, box.getBoundingClientRect().top - before);
     });
-    const follow = () => {
+    const open = () => {
       const place = document.getElementById(decodeURIComponent(location.hash.slice(1)));
       const /** @type {any} */ section =
         place?.closest(FOLDED) || place?.querySelector(`:scope > :is(${FOLDED})`);
       if (section) section.open = true;
     };
-    addEventListener("hashchange", follow);
-    follow();
+    addEventListener("hashchange", open);
+    open();
     addEventListener("beforeprint", () => sections(FOLDED).forEach(section => { section.open = true; }));
+  }
+
+  // The contents beside the page follow the reader. The theme names another place for
+  // them: then every link of the text is followed, and what it leads to takes the mark
+  // from its section. Nobody can be in a folded section, which would be laid out to see
+  // that; links that are disabled aren't followed.
+  function follow() {
+    const body = document.body.dataset, place = "#pst-page-toc-nav";
+    if (document.querySelector(place)) body.bsTarget = place;
+    else delete body.bsSpy;
+    for (const link of sections(`${place} a`)) {
+      const section = document.getElementById(decodeURIComponent(link.hash.slice(1)));
+      link.disabled = Boolean(section?.closest("details:not([open])"));
+    }
   }
 
   addEventListener("load", () => {
@@ -111,6 +125,7 @@
     sidebar?.setAttribute("role", "complementary");
     sidebar?.setAttribute("aria-label", "Contents of the book");
     keepUnfolded();
+    follow();
     watch();
   });
 })();
