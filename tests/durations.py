@@ -51,11 +51,11 @@ def pytest_runtest_protocol(item):
 @pytest.hookimpl(wrapper=True, tryfirst=True)
 def pytest_runtest_teardown(item):
     """The report of its end takes the number from a worker to who prints."""
+    before = spent()
     try:
         return (yield)
-    finally:
-        # Nobody knows the seconds of a process whose parent left it.
-        item.user_properties.append(("cpu", max(spent() - item.stash[BEGUN], 0.0)))
+    finally:  # a browser that ends here leaves processes whose seconds nobody gets
+        item.user_properties.append(("cpu", max(before, spent()) - item.stash[BEGUN]))
 
 
 def pytest_runtest_logreport(report):

@@ -2,7 +2,6 @@
 
 import re
 from functools import cache
-from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
@@ -11,6 +10,7 @@ import pytest
 from sosbook.book import notebooks
 from tests import layout
 from tests.cases import campaign
+from tests.tags import Tags
 
 ROOT = Path(__file__).resolve().parent.parent
 CONTENTS = (ROOT / "_toc.yml").read_text("utf-8")
@@ -122,31 +122,56 @@ SHIFT = """() => new Promise((done) => new PerformanceObserver((list) =>
 ).observe({type: "layout-shift", buffered: true}) || setTimeout(done, 50, 0))"""
 
 
+#: Width and height of a window, and what shows above its lower edge: a desk's has a
+#: bar to scroll.
+DESK, PHONE = (1265, 900, 800), (390, 900, 844)
+
+
 @each_page
-def test_page_is_quiet_named_readable_and_fits_a_phone(site, visit, axe, page):
-    """A page takes seconds to typeset: one visit for all of these."""
-    tab = visit(site / f"{page}.html", width=1265)  # 1280 with a bar to scroll
+def test_page_is_quiet_named_readable_and_fits_a_phone(
+    site, visit, axe, page, pytestconfig
+):
+    """A page takes seconds to be laid out, and one to be coloured again: it is looked
+    at twice, on a desk in the light and on a phone in the dark. By turns the pages are
+    opened as the one and as the other. Axe looks at the second, at pages that have all
+    kinds of elements between them; what it says of single texts and numbers is asked
+    of each page by `test_names_headings_and_references_are_there`.
+    """
+    looks = [(DESK, "light", LIGHT), (PHONE, "dark", DARK)]
+    if page in PAGES and PAGES.index(page) % 2:
+        looks.reverse()
+    (width, height, _), scheme, _ = looks[0]
+    tab = visit(site / f"{page}.html", width=width, height=height, scheme=scheme)
     assert tab.page.evaluate(SHIFT) < 0.05
-    tab.page.evaluate(layout.WIDE_TYPE)
     assert tab.errors == []
     assert [url for url in tab.requests if not url.startswith("file:")] == []
     assert_light(loaded(tab), page)
     formulas, typeset, mistaken, seen, told = tab.page.evaluate(FORMULAS)
     assert (typeset, mistaken, seen) == (formulas, 0, told)
-    assert_opens(tab, page, height=800)
-    wanted = "FITTED_FORMULAS", "CUT_FORMULAS", "THIN_CAPTIONS", "REPEATED_IDS"
-    assert faults(tab, "WIDE_BOXES", "BAD_ICONS", *wanted) == {}
-    assert_readable(tab, LIGHT)
-    tab.page.emulate_media(color_scheme="dark")
-    assert_readable(tab, DARK)
-    tab.page.set_viewport_size({"width": 390, "height": 900})
-    assert_opens(tab, page, height=844)
-    assert_fits_a_phone(tab)
-    assert_boxes_speak(tab)
-    wanted = "CUT_FORMULAS", "CUT_FIGURES", "SMALL_LETTERS", "BAD_ICONS"
-    wanted = *wanted, "LOOSE_READOUTS", "PROGRAM_UNITS"
-    assert faults(tab, *wanted) == {}
-    assert_accessible(tab, axe, PAGES.index(page) % 2 if page in PAGES else 0)
+    for look, ((width, height, shown), scheme, paper) in enumerate(looks):
+        if look:
+            turn(tab, width, height, scheme)
+        assert_readable(tab, paper)
+        assert_opens(tab, page, shown)
+        if width == PHONE[0]:
+            assert_fits_a_phone(tab)
+            wanted = "CUT_FIGURES", "SMALL_LETTERS", "LOOSE_READOUTS", "PROGRAM_UNITS"
+        else:
+            wanted = "WIDE_BOXES", "FITTED_FORMULAS", "THIN_CAPTIONS", "REPEATED_IDS"
+        assert faults(tab, "CUT_FORMULAS", "BAD_ICONS", *wanted) == {}
+        assert_boxes_speak(tab)
+    if page in judged(site) or pytestconfig.getoption("--campaign"):
+        assert_accessible(tab, axe)
+
+
+def turn(tab, width, height, scheme):
+    """A window of this size and, as the theme's button makes them, of these colours:
+    in one frame. Other colours of the system have the browser style everything twice.
+    """
+    code = """scheme => addEventListener("resize", () => {
+      document.documentElement.dataset.theme = scheme; }, {once: true})"""
+    tab.page.evaluate(code, scheme)
+    tab.page.set_viewport_size({"width": width, "height": height})
 
 
 def loaded(tab):
@@ -160,16 +185,10 @@ def assert_light(files, page):
     assert weight <= (FIRST if page == "book/intro" else ANY)
 
 
-def assert_accessible(tab, axe, on_a_desk):
-    """Axe has no objection, on a phone in the dark or on a desk in the light: by turns,
-    from page to page.
-    """
+def assert_accessible(tab, axe):
+    """Axe has no objection."""
     tab.page.evaluate(layout.BARE)
     tab.page.add_script_tag(url=axe)
-    if on_a_desk:
-        tab.page.emulate_media(color_scheme="light")
-        tab.page.set_viewport_size({"width": 1280, "height": 900})
-        assert_boxes_speak(tab)
     assert tab.page.evaluate(layout.AXE) == []
 
 
@@ -219,35 +238,61 @@ def test_sections_for_readers_of_the_thesis_are_folded_until_asked_for(site, vis
     assert tab.errors == []
 
 
-class Links(HTMLParser):
-    """Addresses that a page links to, those it loads, and its anchors."""
-
-    def __init__(self, path):
-        super().__init__()
-        self.links, self.loads, self.anchors = [], [], {""}
-        self.feed(path.read_text("utf-8"))
-
-    def handle_starttag(self, tag, attributes):
-        given = dict(attributes)
-        self.anchors |= {given.get("id"), given.get("name")}
-        if tag == "a" and "href" in given:
-            self.links.append(given["href"])
-        elif tag in ("script", "img", "iframe", "source") and "src" in given:
-            self.loads.append(given["src"])
-        elif tag == "link" and "href" in given:
-            self.loads.append(given["href"])
+@cache
+def tags_of(path):
+    """`Tags` of a page, read once."""
+    return Tags(path.read_text("utf-8"))
 
 
 @cache
-def links_of(path):
-    """`Links` of a page, read once."""
-    return Links(path)
+def judged(site):
+    """A few pages that have elements of all kinds between them, the richest first."""
+    kinds = {page: tags_of(site / f"{page}.html").kinds for page in PAGES + EXTRA}
+    left, found = set().union(*kinds.values()), []
+    while left:
+        found.append(max(kinds, key=lambda page: len(kinds[page] & left)))
+        left -= kinds[found[-1]]
+    return found
+
+
+@each_page
+def test_names_headings_and_references_are_there(site, page):
+    """What axe would say of a page whose elements are of kinds that it has judged."""
+    assert tags_of(site / f"{page}.html").faults() == []
+
+
+@pytest.mark.parametrize(
+    "text, fault",
+    [
+        ("<h1>a<a href='#b'>#</a></h1><p id=b><h2>c</h2>", ""),
+        ("<h1>a</h1><h2>b</h2><h2>c</h2><h3>d</h3><h2>e</h2>", ""),
+        ("<h1>a</h1><a href='x'><img src=b alt='c'></a>", ""),
+        ("<h1>a</h1><button aria-label='b'></button><button title='c'><i></i>", ""),
+        ("<h1>a</h1><h3>b</h3>", "h3 after h1"),
+        ("<h2>a</h2>", "0 h1"),
+        ("<h1>a</h1><h1>b</h1>", "2 h1"),
+        ("<h1>a</h1><h2> </h2>", "h2 without a name"),
+        ("<h1>a</h1><a href='x'><img src=b></a><p>c", "a without a name"),
+        ("<h1>a</h1><button title='b'></button><button><i></i></button>", "button wi"),
+        ("<h1>a</h1><p id=b><p id=b>", "id b twice"),
+        ("<h1>a</h1><label for=b>c</label>", "nothing has the id b"),
+        ("<h1>a</h1><p id=c><p aria-labelledby='c b'>", "nothing has the id b"),
+    ],
+)
+def test_what_a_page_s_tags_lack_is_named(text, fault):
+    found = Tags(f"<main>{text}</main>").faults()
+    assert len(found) == bool(fault) and all(fault in x for x in found)
+
+
+def test_axe_judges_each_kind_of_element(site):
+    """On fewer than half of the pages; a fault of a new kind comes to one of them."""
+    assert 5 < len(judged(site)) < len(PAGES) / 2
 
 
 @each_page
 def test_links_lead_somewhere(site, page):
     path = site / f"{page}.html"
-    found = links_of(path)
+    found = tags_of(path)
     assert [url for url in found.loads if urlsplit(url).netloc] == []
     broken = []
     for address in found.links + found.loads:
@@ -258,7 +303,7 @@ def test_links_lead_somewhere(site, page):
         if not target.is_file():
             broken.append(address)
         elif target.suffix == ".html" and parts.fragment:
-            if unquote(parts.fragment) not in links_of(target).anchors:
+            if unquote(parts.fragment) not in tags_of(target).anchors:
                 broken.append(address)
     assert broken == []
 
@@ -292,7 +337,7 @@ def test_no_slider_is_dead_in_the_pages(site):
 
 
 def test_the_page_of_theorems_lists_every_statement(site):
-    listed = links_of(site / "book" / "theorems.html").links
+    listed = tags_of(site / "book" / "theorems.html").links
     kinds = "theorem|lemma|proposition|corollary|definition|algorithm"
     form = rf"\{{prf:(?:{kinds})\}}[^\n]*\n(?::\w+:.*\n)*?:label: (\S+)"
     count = 0
