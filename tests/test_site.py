@@ -166,9 +166,12 @@ def test_page_is_quiet_named_readable_and_fits_a_phone(
 
 def turn(tab, width, height, scheme):
     """A window of this size and, as the theme's button makes them, of these colours:
-    in one frame. Other colours of the system have the browser style everything twice.
+    in one frame, at once. Other colours of the system have all styled twice.
     """
     code = """scheme => addEventListener("resize", () => {
+      const still = new CSSStyleSheet();
+      still.replaceSync("* {transition: none !important}");
+      document.adoptedStyleSheets.push(still);
       document.documentElement.dataset.theme = scheme; }, {once: true})"""
     tab.page.evaluate(code, scheme)
     tab.page.set_viewport_size({"width": width, "height": height})
