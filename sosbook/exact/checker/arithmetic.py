@@ -34,7 +34,7 @@ def need(condition, *words):
 
 @contextmanager
 def named(place):
-    """What is refused here is refused by the name of its ``place``."""
+    """Name the ``place`` in each refusal of what stands in this block."""
     try:
         yield
     except Refused as why:

@@ -104,6 +104,7 @@ class Sampled:
     """
 
     def __init__(self, d):
+        """Write the loop, each frame of P, and the blocks of each cell."""
         loop = self.loop = Ticks(d)
         t, self.t, self.d = loop.t, loop.t, d
         for name in ("rate", "centre"):

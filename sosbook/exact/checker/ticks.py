@@ -260,7 +260,7 @@ def called(d):
 
 
 def signals(d, z=()):
-    """What a law makes, and what it reads: inputs and states of the plant, by name.
+    """Names of what a law makes and of what it reads: the plant's inputs and states.
 
     ``z``: what its coordinates are called, if not z1, z2, ..; of these there are so
     many as the third thing says.

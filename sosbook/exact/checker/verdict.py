@@ -192,6 +192,7 @@ def asked_of(file):
              "|": file["data"], "*": file.get("multipliers", {})}  # fmt: skip
 
     def value(x, at):
+        """Put the numbers of the text in the places of their names."""
         if isinstance(x, str) and x[:1] in given:
             need(x[1:] in given[x[0]], f"{at}: there is no {x:.40}")
             y = given[x[0]][x[1:]]
