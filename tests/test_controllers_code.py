@@ -292,7 +292,8 @@ def test_a_header_says_what_is_proven_bounded_and_simulated():
     head = re.sub(r"\n \* +", " ", code.gains[: code.gains.index("#ifndef")])
     columns = [head.index(x) for x in ("PROVEN", "BOUNDED", "SIMULATED ONLY")]
     assert columns == sorted(columns)
-    assert "loop of every constant plant with J2 in [0.003, 0.006], with a tick" in head
+    of = "loop of every constant plant with J2 in [0.003, 0.006], "
+    assert of + "with z = [motor, load], with a tick" in head
     assert "jitter, friction, backlash: not looked at" in head
     assert "a lasting oscillation, which no proof here covers" in head
     assert {"proof_axis.json", "proof_axis_sampled.json"} <= set(code.texts)
