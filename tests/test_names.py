@@ -21,6 +21,7 @@ SHORTHAND = {
     "exact/checker/requirements.py": NAMES,  # stands alone: it asks no object
     "exact/checker/designs.py": NAMES,
     "exact/checker/regions.py": NAMES,
+    "exact/checker/fields.py": NAMES,
     "exact/checker/known.py": {"gamma", "cost", "h2"},
     "exact/checker/any_order.py": NAMES,
     "exact/checker/observer.py": {"cost"},

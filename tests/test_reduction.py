@@ -12,7 +12,7 @@ from scipy.linalg import block_diag, eigh
 import sosbook as sos
 from benchmarks.elements import beam_element
 from sosbook.analysis.large import Pencil
-from sosbook.exact.checker import verdict
+from sosbook.exact.checker import fields, verdict
 from sosbook.exact.checker.arithmetic import Refused
 from sosbook.exact.checker.families import whole_vertices
 from sosbook.plants import sparse
@@ -238,8 +238,9 @@ def test_no_parameter_is_an_empty_list(nothing):
     assert whole_vertices(plant)[0]["E"] == one
     with pytest.raises(ValueError, match="no parameter"):
         read_plant(plant | {"parameters": nothing})
-    with pytest.raises(Refused, match="a list"):
-        whole_vertices(plant | {"parameters": nothing})
+    fields.fits(plant, fields.plant, "plant")
+    with pytest.raises(Refused, match="plant.parameters: a list"):
+        fields.fits(plant | {"parameters": nothing}, fields.plant, "plant")
 
 
 def test_the_command_and_the_checker_say_it(tmp_path, capsys):
