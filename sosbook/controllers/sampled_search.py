@@ -127,8 +127,9 @@ class SampledSearch:
 
     def _asked(self, starts, seed, sigma, kappa):
         found = self._found(sigma, starts, seed, (kappa,))
-        if found.value < 0:
-            self.kept.append((self._decay(found.kappa), found.kappa))
+        decay = self._decay(found.kappa)  # below what was asked it may be the fastest
+        if found.value < 0 or (decay > 0 and not self.demands.words(found.kappa)):
+            self.kept.append((decay, found.kappa))
         return found
 
     def _begin(self, slow, task, loops, count, rng, near):
