@@ -76,13 +76,15 @@ def steps(c, plant, j, seconds=8.0, row=None):
     return np.array(found)
 
 
+@pytest.mark.timeout(900)
 @pytest.mark.parametrize("name", PLANTS)
 def test_the_bound_of_a_family_is_near_the_worst_plant(name):
     c, make = controller(name, (0.75, 1.5)), PLANTS[name][0]
     plants = [make(m) for m in np.linspace(0.75, 1.5, 4)]
     for j, k in itertools.product(range(len(c.set_points)), range(len(c.outputs))):
         peak = max(abs(steps(c, plant, j)[:, k]).max() for plant in plants)
-        assert peak <= c.bounds.step(1.0, j, k).proven <= 1.1 * peak
+        bound = c.bounds.step(1.0, j, k, time_limit=600)  # a slow computer's, too
+        assert peak <= bound.proven <= 1.1 * peak
 
 
 def outside(c, found, make, masses, j=0, row=0, ticks=2000):
