@@ -5,7 +5,7 @@ import numpy as np
 from ..page import significant
 from .mover import Mover, slider
 
-DIGITS = 6  # of a frequency: of a reduction's poles processors share no more
+DIGITS = 6  # of a frequency: later digits differ from processor to processor
 ACROSS = 0.05  # of the largest shape; a mode with less moves along the arm
 STEP = 0.01  # m, from one place of the arm to the next
 

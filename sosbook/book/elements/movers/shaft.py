@@ -7,7 +7,7 @@ import numpy as np
 from ..page import significant
 from .mover import Mover, choice, slider
 
-DIGITS = 3  # of the largest value: a tenth of a pixel, and no noise of a zero
+DIGITS = 3  # of the largest value: what is zero but for rounding is stored as 0
 
 
 def shaft(title, hint, says, controls, move, *, captions, names, seconds, **given):
