@@ -7,7 +7,7 @@ from .fit import CORRELATED_SAMPLES, Fit, UnseenError, output_error
 from .moved import HeldInputs, matrices
 
 #: Relative, either way, for derivatives. With a step of 1e-6 forwards, noise of 1e-13
-#: in a simulation made the interval of a parameter that is hardly seen 1.7 times as wide.
+#: in a simulation made an interval of a hardly seen parameter 1.7 times as wide.
 STEP = 1e-3
 UNSEEN = 0.5  # a standard deviation that is more of its value, or of the guess, is none
 ROUNDS = 30
