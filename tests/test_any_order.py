@@ -72,7 +72,7 @@ def test_a_controller_of_lower_order_begins_with_a_part_of_the_best():
     assert d.certify().proven and d.gamma < 8
 
 
-@pytest.mark.parametrize("seed", [0, 2, *campaign([1, 3, 4, 8])])
+@pytest.mark.parametrize("seed", [0, *campaign([1, 2, 3, 4, 8])])
 def test_without_noise_no_more_is_excluded_than_little_noise_allows(seed):
     """Less and less noise comes down to it; but multipliers of 2, 8 aren't rational."""
     known, C_y = plant(seed)

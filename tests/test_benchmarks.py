@@ -21,7 +21,7 @@ from benchmarks.robustness import SYSTEMS, asked_in_units
 from benchmarks.truth import broken, poles
 from sosbook.book import thesis
 from sosbook.book.plots import profiles
-from tests.cases import campaign
+from tests.cases import by_turns, campaign
 
 HOME = Path(run.__file__).parent
 PROFILE, WAITING = HOME / "profile.json", HOME / "waiting.json"
@@ -298,7 +298,7 @@ def test_what_one_waits_for_is_consistent():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", sorted(foreign()))
+@pytest.mark.parametrize("name", by_turns(sorted(foreign()), 0))
 def test_foreign_plants_are_answered_in_all_units(name):
     """The gain is proven, and does in interval arithmetic what was asked."""
     plant, asked = foreign()[name]

@@ -10,7 +10,7 @@ from scipy.linalg import expm
 import sosbook as sos
 from sosbook.controllers import Code, CompiledCode, Profile
 from sosbook.controllers.facts import bounded
-from tests.cases import campaign
+from tests.cases import by_turns, campaign
 from tests.test_controllers_margins import drive, drives, held
 from tests.test_controllers_trial import bearing
 
@@ -299,7 +299,7 @@ def within(limits, T, wanted):
     return np.lib.stride_tricks.sliding_window_view(several, many, 0).mean(axis=2).T
 
 
-@pytest.mark.parametrize("name", RUBBING)
+@pytest.mark.parametrize("name", by_turns(RUBBING, 0))
 def test_motions_ask_no_more_than_is_proven_where_speed_costs_something(name):
     """Where an integral is slow a bound by jerk alone was twice what motions ask."""
     c, plant, way, u_max = rubbing(name)

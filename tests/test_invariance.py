@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 import sosbook as sos
 from benchmarks.robustness import SYSTEMS, in_units
+from tests.cases import by_turns
 from tests.random_plants import ODD, ODD_POWERS, Units, as_units, random_case
 
 some = settings(max_examples=8, derandomize=True, deadline=None)
@@ -108,7 +109,7 @@ def same_design(name, units, tolerance=1e-6):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", REQUESTS | ENDLESS)
+@pytest.mark.parametrize("name", by_turns(REQUESTS | ENDLESS, 0))
 @some
 @example(*ODD_POWERS)
 @given(powers, powers, powers, powers, powers)
@@ -122,7 +123,7 @@ def test_units(name, time, length, force, signal, integral):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", REQUESTS)
+@pytest.mark.parametrize("name", by_turns(REQUESTS, 1))
 @some
 @given(seeds)
 def test_coordinates(name, seed):

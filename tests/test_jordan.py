@@ -9,7 +9,7 @@ from scipy.linalg import solve_continuous_lyapunov
 import sosbook as sos
 from sosbook.synthesis import known_gain, known_lmis
 from sosbook.synthesis.starting_points import of_modes
-from tests.cases import campaign
+from tests.cases import by_turns, campaign
 
 
 def row(n, c=0.3, k=9.81):
@@ -49,7 +49,7 @@ LOOPS = {  # the first once a week
 
 
 @pytest.mark.parametrize("share", [1.05, *campaign([20])])
-@pytest.mark.parametrize("name", [*[*LOOPS][1:], *campaign([*LOOPS][:1])])
+@pytest.mark.parametrize("name", by_turns(LOOPS, 1))
 def test_norms_of_a_loop_with_a_jordan_block_are_proven(name, share):
     plant, K = LOOPS[name]
     single = isinstance(plant, sos.DescriptorSystem)

@@ -179,16 +179,15 @@ def engine(browser, sheet):
     page.close()
 
 
-@pytest.mark.parametrize("robot", ["printed", "rotors"])
 @pytest.mark.parametrize(
-    "law, R, tilt, delay",
+    "law, R, tilt, delay, robot",
     [
-        ("PD", 5, 10, 0),
-        ("PD", 5, 40, 30),
-        ("PID", 5, 30, 10),
-        ("PID", 2, 10, 5),
-        ("PID", 1, 10, 7.5),
-        ("weak & <slow>", 4, 20, 2.5),
+        ("PD", 5, 10, 0, "printed"),
+        ("PD", 5, 40, 30, "rotors"),
+        ("PID", 5, 30, 10, "printed"),
+        ("PID", 2, 10, 5, "rotors"),
+        ("PID", 1, 10, 7.5, "printed"),
+        ("weak & <slow>", 4, 20, 2.5, "rotors"),
     ],
 )
 def test_the_page_runs_the_loop_of_python(engine, law, R, tilt, delay, robot):

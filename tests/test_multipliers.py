@@ -113,7 +113,7 @@ def test_norm_cost_and_peak_of_one_plant(seed):
     assert u_max < 1.06 * printed.request.saturation.u_max
 
 
-@pytest.mark.parametrize("seed", [*range(3), *campaign(range(3, 12))])
+@pytest.mark.parametrize("seed", [1, 2, *campaign([0, *range(3, 12)])])
 def test_what_is_proven_holds_for_every_plant_that_is_tried(seed):
     E, A, B, C = loops(seed, vertices=2 + seed % 3, order=3 + seed % 2, spread=0.8)
     every = list(between(E, A, B))

@@ -11,7 +11,7 @@ from sosbook.exact.checker import verdict
 from sosbook.plants import descriptors, filtered
 from sosbook.proofs.command import main
 from sosbook.requirements.base import Requirement
-from tests.cases import by_hand, norm_on_a_grid, seeds
+from tests.cases import by_hand, later, norm_on_a_grid, seeds
 
 
 def plant(rng, n=2, m=1, p=2):
@@ -109,8 +109,9 @@ def test_for_one_plant_and_a_known_gain_nothing_is_lost(seed):
         assert "felt: its H-infinity norm from w[" in checked(slack.certify())[1]
 
 
-@pytest.mark.parametrize("coupling", ["pairs", "slack"])
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize(
+    "seed, coupling", [(0, "pairs"), (1, "slack"), *later((1, "pairs"), (0, "slack"))]
+)
 def test_a_polytope_keeps_what_is_proven(seed, coupling):
     """Of plants with other masses, springs and inputs, three channels at once."""
     rng = np.random.default_rng(40 + seed)

@@ -18,6 +18,7 @@ from sosbook.requirements.stability import Stability
 from sosbook.studies import maps
 from sosbook.studies.polytopes import verify_on_samples
 from sosbook.synthesis.request import Request
+from tests.cases import by_turns
 from tests.energy_to_peak import EnergyToPeak
 
 COUPLINGS = ("pairs", "vertices", "slack")
@@ -208,7 +209,7 @@ def test_edges_and_shares(name):
     assert f"<Edge: {key}" in repr(edge)
 
 
-@pytest.mark.parametrize("name", REQUIREMENTS)
+@pytest.mark.parametrize("name", by_turns(REQUIREMENTS, 0))
 def test_maps_hold_it_or_move_it(name):
     """Each verdict of a map is that of a design of its own."""
     r = REQUIREMENTS[name]
@@ -232,7 +233,7 @@ def test_maps_hold_it_or_move_it(name):
             assert e.design.certify().proven
 
 
-@pytest.mark.parametrize("name", REQUIREMENTS)
+@pytest.mark.parametrize("name", by_turns(REQUIREMENTS, 1))
 def test_pages_show_it(name):
     r = REQUIREMENTS[name]
     key = r.parameter.key if r.parameter else "gamma"

@@ -27,7 +27,7 @@ def known(seed):
     return random_case(seed, LARGEST)
 
 
-@pytest.mark.parametrize("seed", [*range(14), *campaign(range(14, 84))])
+@pytest.mark.parametrize("seed", [*range(10), *campaign(range(10, 84))])
 def test_the_answer_is_right_and_backed(seed):
     """Certified, excluded exactly or undecided: never wrong, nor without a proof."""
     case = known(seed)
@@ -48,12 +48,12 @@ def test_an_attack_never_finds_a_false_refusal(seed):
     assert set(row.elsewhere) <= {"feasible", "undecided"}, case.reason
 
 
-@pytest.mark.parametrize("seed", [0, 36, *campaign([12, 24, 48, 60, 72])])
+@pytest.mark.parametrize("seed", [0, *campaign([12, 24, 36, 48, 60, 72])])
 def test_no_units_contradict_each_other(seed):
     assert not judge(known(seed), systems=SYSTEMS).contradicted
 
 
-@pytest.mark.parametrize("seed", range(0, 84, 7))
+@pytest.mark.parametrize("seed", [*range(0, 77, 7), *campaign([77])])
 def test_a_witness_is_a_proof(seed):
     """What is called feasible by construction is, without a solver."""
     case = known(seed)

@@ -211,9 +211,13 @@ def fastest(matrix, box, T):
     """The fastest decay of matrix(k) for k in a box, by a search of all of it."""
     from scipy.optimize import differential_evolution
 
+    def radii(several):  # (len(box), count) gains, or one
+        loops = np.array([matrix(k) for k in np.atleast_2d(several.T)])
+        return abs(np.linalg.eigvals(loops)).max(axis=1)
+
     found = differential_evolution(
-        lambda k: radius(matrix(k)), [(-x, x) for x in box], seed=1, tol=1e-6,
-        maxiter=600,
+        radii, [(-x, x) for x in box], seed=1, tol=1e-6, maxiter=600,
+        vectorized=True, updating="deferred",
     )  # fmt: skip
     return -np.log(found.fun) / T
 
@@ -261,7 +265,7 @@ def test_the_fastest_decay_is_that_of_all_gains(name):
     assert asked.status == "feasible"
 
 
-@pytest.mark.parametrize("m", [0.3, 9.81])
+@pytest.mark.parametrize("m", [9.81, *campaign([0.3])])
 def test_the_fastest_mass_a_tick_late_has_three_equal_poles(m):
     T, law = 0.01, sos.PIDLaw(position=[[1]], velocity=[[1]])
     design = sos.design_sampled(sos.SecondOrderSystem(m, 0, 0, 1), law, T, T)

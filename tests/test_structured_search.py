@@ -134,9 +134,8 @@ def _check(f, x, rng):
 @pytest.mark.parametrize(
     "units",
     [
-        dict(length=0.3, force=9.81),
         dict(length=1e-3, force=1e3, time=0.3),
-        *campaign([dict(length=1000.0), dict(time=1e-3)]),
+        *campaign([dict(length=0.3, force=9.81), dict(length=1e3), dict(time=1e-3)]),
     ],
 )
 def test_units_change_nothing(units, base):
@@ -249,7 +248,7 @@ def test_a_search_that_is_stopped_has_its_best_gain_proven(monkeypatch):
     whole, seconds = asked_in(1e8, monkeypatch, **asked)
     assert whole.status == "feasible" and whole.reason.startswith("The search ended")
     some = 0
-    for share in (0.001, 0.3, 0.7, 0.9):
+    for share in (0.001, 0.9):
         design, _ = asked_in(share * seconds, monkeypatch, **asked)
         if design.status == "undecided":
             assert design.K is None and "raise time_limit" in design.reason
@@ -385,9 +384,9 @@ def test_what_is_not_found_is_undecided_with_what_was_reached():
 
 @pytest.mark.parametrize("seed", [0, *campaign(range(1, 11))])
 def test_random_families_are_sound(seed):
-    """Twenty families each, six in the gate: what is proven holds at fifty plants."""
+    """Twenty families each, four in the gate: what is proven holds at fifty plants."""
     rng, kept = np.random.default_rng(seed), 0
-    for _ in range(20 if seed else 6):
+    for _ in range(20 if seed else 4):
         n = int(rng.integers(1, 4))
         base = [rng.normal(size=(n, n)) for _ in range(3)]
         corners = []

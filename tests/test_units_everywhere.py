@@ -448,7 +448,11 @@ PROPERTIES = (
     requirements_of_others,
     requirements_of_others_with_slack,
 )
-LONG = (regulators_with_slack, requirements_of_others)  # not in the gate
+LONG = (  # not in the gate
+    regulators_with_slack,
+    requirements_of_others,
+    designs_of_polytopes,
+)
 
 
 @pytest.mark.slow
