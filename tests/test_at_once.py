@@ -37,15 +37,13 @@ def loudness(plant):
 def test_no_gain_of_the_state_is_faster_than_w(name, tmp_path):
     own = PLANTS[name]
     least = loudness(own)
-    for share in (0.3, 0.999):
-        design = sos.design_pid(own, gamma=share * least)
-        assert design.status == "infeasible"
-        assert "at once" in design.reason or "no input" in design.reason
-        proof = design.infeasibility
-        assert proof.verify() and proof.proven
-        path = tmp_path / f"{share}.json"
-        proof.save(path)
-        assert ProofFile.load(path).proven
+    design = sos.design_pid(own, gamma=0.999 * least)
+    assert design.status == "infeasible"
+    assert "at once" in design.reason or "no input" in design.reason
+    proof = design.infeasibility
+    assert proof.verify() and proof.proven
+    proof.save(tmp_path / "proof.json")
+    assert ProofFile.load(tmp_path / "proof.json").proven
     assert sos.design_pid(own, gamma=100 * least).status == "feasible"
 
 

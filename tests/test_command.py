@@ -600,10 +600,14 @@ def heavy(small):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("program", PROGRAMS)
-def test_what_takes_for_ever_ends_within_the_limit(heavy, tmp_path, program):
+def test_what_takes_for_ever_ends_within_the_limit(
+    heavy, tmp_path, program, pytestconfig
+):
     """Undecided has an exit code of its own: it is never "not proven"."""
-    command = PROGRAMS[program]
-    for name, text in heavy.items():
+    command, some = PROGRAMS[program], [*heavy.items()]
+    if program == "package" and not pytestconfig.getoption("--campaign"):
+        some = some[1::2]  # it asks the checker, which the gate asks for all of them
+    for name, text in some:
         file = tmp_path / "heavy.json"
         file.write_text(text, "utf-8")
         done = process(*command, file, "--time-limit", "0.3", timeout=60)

@@ -39,6 +39,7 @@ from sosbook.runtime.saying import visible
 from sosbook.runtime.writing import write_file, write_texts
 from tests.axis import axis
 from tests.broken_files import BROKEN, ESC
+from tests.cases import by_turns
 from tests.processes import process
 
 PACKAGE = Path(sosbook.__file__).parent
@@ -250,7 +251,7 @@ CASES = [
 ]
 
 
-@pytest.mark.parametrize("what", BROKEN)
+@pytest.mark.parametrize("what", by_turns(BROKEN, 0))
 def test_a_broken_file_is_named(what, tmp_path):
     """By every reader, in one line that commands no terminal."""
     for k, (name, ending, read) in enumerate(CASES):

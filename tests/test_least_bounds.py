@@ -168,7 +168,7 @@ def test_both_sides_are_known_where_the_search_gives_up(no_search, name, couplin
         assert 0.85 * best < float(text.split()[0]) < best
 
 
-@pytest.mark.parametrize("seed", [*range(2), *campaign(range(2, 8))])
+@pytest.mark.parametrize("seed", [1, *campaign([0, *range(2, 8)])])
 def test_random_minima_are_answers(seed):
     """No plant makes a ValueError of a request that is well posed."""
     plant = falling_plant(seed, 1 + seed % 2)

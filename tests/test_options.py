@@ -350,9 +350,19 @@ def documented():
 MARKS = {
     "Compiled, precision='double'": pytest.mark.compiler,
     "Compiled, precision='single'": pytest.mark.compiler,
-    "compare, minimize='gamma'": pytest.mark.campaign,
-    "ObserverDesign.analyse, minimize='u_max'": pytest.mark.campaign,
-}
+} | dict.fromkeys(
+    [  # as design_pid, edge or Code take them in the gate, too
+        "analyse_pid, minimize='gamma'",
+        "analyse_pid, minimize='u_max'",
+        "compare, minimize='gamma'",
+        "designs, minimize='gamma'",
+        "frontier, x='u_max'",
+        "frontier, y='cost'",
+        "Controller.to_c, precision='double'",
+        "ObserverDesign.analyse, minimize='u_max'",
+    ],
+    pytest.mark.campaign,
+)
 
 
 def cases():

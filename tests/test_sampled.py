@@ -334,7 +334,7 @@ def ratios(found, plant, K, T, delay, U=None, count=40, seed=0):
     return np.sqrt(max(worst))
 
 
-@pytest.mark.parametrize("delay", [0, 0.004, 0.01])
+@pytest.mark.parametrize("delay", [0, 0.004, *campaign([0.01])])
 def test_pendulum_polytope_is_proven_and_its_lyapunov_functions_hold(delay):
     family = polytope(Mip.printed())
     found = certify_sampled(family, ROBUST, 0.01, delay, U)

@@ -8,6 +8,7 @@ import pytest
 import sosbook as sos
 from sosbook.controllers.compiler import loaded
 from sosbook.plants.schedule import Schedule, scheduled
+from tests.cases import campaign
 
 REGION = dict(region=sos.PoleRegion(sigma=1, rho=4))
 UNITS = [(1.0, 1.0), (0.3, 9.81)]  # of mass and force
@@ -59,7 +60,7 @@ def test_a_gain_that_follows_the_mass_does_what_no_fixed_gain_does(unit, force):
         assert poles.real.max() < -1 and abs(poles).max() < 4
 
 
-@pytest.mark.parametrize("force", [1.0, 9.81])
+@pytest.mark.parametrize("force", [9.81, *campaign([1.0])])
 def test_where_the_input_follows_it_too_the_hull_is_bernstein_s(force):
     """A motor whose constant is measured: B K(k) is of degree two, so there is a vertex
     beside the corners for each piece of the range.

@@ -20,9 +20,7 @@ from tests.cases import campaign, random_plant, random_request, seeds
 from tests.processes import alone
 from tests.random_plants import float_blocks, scaled
 
-few, many = (
-    settings(max_examples=n, derandomize=True, deadline=None) for n in (10, 60)
-)
+few, many = (settings(max_examples=n, derandomize=True, deadline=None) for n in (6, 60))
 numbers = st.integers(0, 10**6)
 
 
@@ -166,7 +164,7 @@ def test_a_loop_is_asked_by_the_same_door(more):
     assert found.poles(samples=5).shape == (7, 2)
 
 
-@pytest.mark.parametrize("factor", [0.3, 1e3, *campaign([1, 1 / 9.81, 2.2046])])
+@pytest.mark.parametrize("factor", [0.3, *campaign([1, 1e3, 1 / 9.81, 2.2046])])
 def test_an_observed_loop_takes_what_any_loop_takes(factor):
     """With the length in other units, in which nothing changes but gamma and J."""
     stiff = [
@@ -233,7 +231,7 @@ def sharp(seed):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [*range(4), *campaign(range(4, 8))])
+@pytest.mark.parametrize("seed", [1, 2, *campaign([0, *range(3, 8)])])
 def test_what_a_vertex_excludes_is_excluded_for_every_scalar(seed):
     """A bound below the least one of a vertex alone."""
     plants, asked, key = sharp(seed)
@@ -300,7 +298,7 @@ def hardly_damped(m, k):
     return sos.SecondOrderSystem(np.diag([1, m, 1]), 0.002 * S, S, np.eye(3, 1))
 
 
-@pytest.mark.parametrize("unit", [0.3, 9.81, *campaign([1.0])])
+@pytest.mark.parametrize("unit", [9.81, *campaign([0.3, 1.0])])
 def test_a_structure_that_settles_slowly_and_swings_fast(unit):
     """The settling time that is asked is thousands of times that of a swing."""
     force = [hardly_damped(0.7, 1), hardly_damped(1.3, 1.1)]

@@ -89,7 +89,7 @@ def random_request(seed, u_max=1.0):
     return Request(plant, U, saturation=sos.Saturation(u_max, x0), **asked)
 
 
-SEEDS = [*range(3), *campaign(range(3, 16))]
+SEEDS = [0, 1, *campaign(range(2, 16))]
 
 
 @pytest.mark.parametrize("seed", SEEDS)
