@@ -226,7 +226,7 @@ def or_with_slack(first, request, objective, backoff, prefer):
     rivals = objective and family is not None and not family.straight
     if (first.status == "feasible" and not rivals) or not several:
         return first
-    if _of_every_coupling(first.infeasibility):
+    if _of_every_coupling(request, first.infeasibility):
         return first
     request, seconds = replace(request, coupling="slack"), SHARE * time_left()
     asked = request
@@ -256,13 +256,21 @@ def or_with_slack(first, request, objective, backoff, prefer):
     return replace(first, reason=f"{first.reason} {NEITHER}".strip())
 
 
-def _of_every_coupling(proof):
-    """True if a refusal is none of a common P: its own theorem's, or one plant's."""
+def _of_every_coupling(request, proof):
+    """True if a refusal of a ``request`` is none of a common P: its own theorem's, or
+    one plant's, whose multipliers weigh nothing else; see `refused_at_a_vertex`.
+    """
     from ..exact.refusal import MultiplierRefusal
 
     if not isinstance(proof, MultiplierRefusal):
         return proof is not None
-    return len(given_vertices(proof.data["plant"])) == 1
+    if len(given_vertices(proof.data["plant"])) == 1:
+        return True
+    weighed = [name for name, Z in proof.multipliers.items() if Z.any()]
+    own = {r.key for r in request.requirements if not r.of_package}
+    return len({v for name in weighed for v in name.vertices}) == 1 and not own & {
+        name.requirement for name in weighed
+    }
 
 
 def feasible(request, minimized=()):
