@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 
 import sosbook as sos
+from sosbook.book.turntable import drive as turntable
 from sosbook.exact.proof import Unproven
 from sosbook.runtime.time_limit import OutOfTime
 from sosbook.synthesis import known_gain
+from sosbook.synthesis.ranges import family
 
 X0 = [0.1, 0.1, 0, 0]
 
@@ -154,15 +156,54 @@ def test_many_cells_are_tried_after_few(monkeypatch):
     loop = sos.analyse_pid(plants, [[-8.56, 6.008, -0.369, -0.22]], saturation=peak)
     decided = known_gain.decided
 
-    def look(request, r, plants, bad=None, most=known_gain.MOST_CELLS):
+    def look(request, r, plants, bad, most, easier):
         if most > known_gain.FEW_CELLS:
             raise OutOfTime
-        return decided(request, r, plants, bad, most)
+        return decided(request, r, plants, bad, most, easier)
 
     monkeypatch.setattr(known_gain, "decided", look)
     monkeypatch.setattr(known_gain, "HALVINGS", 0)
     (found,) = loop.bounds()
     assert found.true < found.proven < 1.06 * found.true
+
+
+@pytest.fixture
+def looks(monkeypatch):
+    """A list that grows with each set of LMIs of a known gain that is looked at."""
+    looks, find = [], known_gain.KnownLMIs.find
+
+    def look(lmis, **more):
+        looks.append(lmis)
+        return find(lmis, **more)
+
+    monkeypatch.setattr(known_gain.KnownLMIs, "find", look)
+    return looks
+
+
+@pytest.mark.parametrize("x0", [X0, [0.1, 0, 0, 0]])
+def test_a_bound_that_a_plant_alone_does_not_prove_is_left_soon(looks, x0):
+    """Lemma 2.2 isn't sharp at plants between the ends: no part with one is proven."""
+    K, peak = [[-8.56, 6.008, -0.369, -0.22]], sos.Saturation(9.0, x0)
+    loop = sos.analyse_pid(sos.Uncertain(turntable, J=(0.01, 0.03)), K, saturation=peak)
+    (found,) = loop.bounds()
+    assert 1.003 < found.proven / found.true < 1.3
+    assert len(looks) < 90  # it was 190 to 349 while parts were halved to the end
+
+
+def test_a_nearer_bound_begins_with_the_parts_of_an_easier_one(looks):
+    plants = sos.Uncertain(table, m=(0, 2), r=(0.05, 0.1))
+    peak = sos.Saturation(0.5, X0)
+    K = [[-8.56, 6.008, -0.369, -0.22]]
+    request = sos.analyse_pid(plants, K, saturation=peak).request
+    (r,), plants = request.demands, family(request)
+    easier = known_gain.least(request, r, plants, 0.05)
+    assert easier.cells > 1
+    looks.clear()
+    again = known_gain.decided(
+        request, easier.requirement, plants, easier.worst, easier=easier.cuts
+    )
+    assert again.status == "feasible" and again.cuts == easier.cuts
+    assert len(looks) == again.cells
 
 
 @pytest.mark.parametrize("coupling", ["auto", "pairs", "multipliers"])

@@ -28,6 +28,7 @@ EASIER = 1.0, 1.05, 1.2, 2.0, 10.0  # times the least bound, in the order of tri
 HALVINGS = 4  # of the way between two of them, as a ratio
 MOST_CELLS = 128  # open or done; three parameters in squares took 60 to 65
 FEW_CELLS = 16  # with which some bound is sought first, before a nearer one costs time
+DEEP = 6  # cuts, after which a part that isn't proven is asked for its corners alone
 CLEAR = 1e-9  # a margin of blocks that floats can tell from zero
 
 
@@ -160,11 +161,13 @@ def _room(r, bound, truth):
     return r.parameter.harder * (truth - bound)
 
 
-def decided(request, r, plants, bad=None, most=MOST_CELLS):
+def decided(request, r, plants, bad=None, most=MOST_CELLS, easier=()):
     """The `Kept` of ``r``, a demand of a ``request``, by at ``most`` so many cells of
     its ``plants`` (a `family`), ``bad`` the worst, if known. A claim that holds
     strictly is proven after finitely many halvings, for the LMIs lose nothing at one
     plant and hold around it; one that is broken strictly is broken by a rational plant.
+    What an ``easier`` bound has cut is cut at once: those are its cuts. A corner that
+    alone has no proof ends the search, for no part with it has one.
     """
     bad = bad or worst(request, r, plants)
     if bad.kept <= 0:
@@ -182,10 +185,16 @@ def decided(request, r, plants, bad=None, most=MOST_CELLS):
             "proof of that was found."
         )
         return Kept(r, "undecided", bad, reason=text)
-    open_cells, cuts, values, least = [plants.whole], [], [], np.inf
+    open_cells, cuts, values, least = [(plants.whole, 0)], [], [], np.inf
+    before, looked = iter(easier), False
     while open_cells:
         check_time()
-        cell = open_cells.pop()
+        cell, depth = open_cells.pop()  # the depth below what is cut at once
+        way = None if depth else next(before, None)
+        if way is not None:
+            cuts.append(way)
+            open_cells += [(part, 0) for part in reversed(cell.cut(way))]
+            continue
         room = [_room_at(request, r, loop) for loop in cell.loops]
         k = int(np.argmin(room))
         found = _proven(request, r, cell.loops, cell.means) if room[k] > 0 else None
@@ -200,10 +209,15 @@ def decided(request, r, plants, bad=None, most=MOST_CELLS):
             found = _broken(request, r, plants, point, bad)
             return found or _undecided(r, bad, values, "a plant that is at the edge")
         alone = [plants.at(plants.exactly(bad.point))]
-        if not cuts and _proven(request, r, alone) is None:
+        if not looked and _proven(request, r, alone) is None:
             return _undecided(r, bad, values, "the worst plant alone")
+        looked = True
         if len(cell.loops) == 1 or len(values) + len(open_cells) >= most:
             return _undecided(r, bad, values, cell.words)
+        if depth and depth % DEEP == 0:
+            for point, loop in _corners(plants, cell):
+                if _proven(request, r, [loop]) is None:  # so no part with it is, either
+                    return _undecided(r, bad, values, plants.point_words(point))
         if nearer:
             best = {
                 way: [_room_at(request, r, x) for x in nearer[way]] for way in nearer
@@ -213,8 +227,15 @@ def decided(request, r, plants, bad=None, most=MOST_CELLS):
             T, _, rate = coordinates(cell.loops)
             way = cell.way(T, rate, r.needs_disturbance)
         cuts.append(way)
-        open_cells += reversed(cell.cut(way))
+        open_cells += [(part, depth + 1) for part in reversed(cell.cut(way))]
     return Kept(r, "feasible", bad, tuple(cuts), tuple(values), float(least))
+
+
+def _corners(plants, cell):
+    """The corners of a cell that are plants of the family: where, and their loops."""
+    for k, loop in enumerate(cell.loops):
+        if not plants.nearer(cell.place, cell.loops, k):
+            yield plants.point(cell.place, k), loop
 
 
 def _broken(request, r, plants, point, bad):
@@ -320,33 +341,39 @@ def least(request, r, plants, backoff, digits=3, bad=None):
         )
         known = replace(bad, kept=_room(r, bound, bad.truth))
         moved = request.with_bounds({r.parameter.key: bound})
-        return decided(moved, r.with_bound(bound), plants, known, most)
+        kept = [x for x, part in tries.items() if part.status == "feasible"]
+        cuts = tries[min(kept)].cuts if kept else ()
+        return decided(moved, r.with_bound(bound), plants, known, most, cuts)
 
     (small, large), reach = SIZE_LIMITS, 2 * max(EASIER)
     inside = small * reach < bad.truth < large / reach  # a bound is so near the truth
-    tries = {}
+    few = FEW_CELLS if len(plants.whole.loops) > 1 else MOST_CELLS
+    tries, looked = {}, {}
 
     def proven(easier, most):
-        if easier not in tries or tries[easier].status == "undecided":
-            tries[easier] = at(easier, most)
+        undecided = easier not in tries or tries[easier].status == "undecided"
+        if undecided and most > looked.get(easier, 0):
+            tries[easier], looked[easier] = at(easier, most), most
         return tries[easier].status == "feasible"
 
-    def nearest(most):
-        """The least factor with a proof, or None."""
-        low, easier = 1.0, None
-        for factor in EASIER if inside else ():
-            if proven(factor, most):
-                easier = factor
-                break
-            low = factor
-        for _ in range(HALVINGS if easier and easier > low else 0):
+    def first(most):
+        """The first factor with a proof, or None."""
+        return next((x for x in EASIER if inside and proven(x, most)), None)
+
+    def nearest(easier, most):
+        """Halve the way to a factor from the one before it."""
+        low = max(x for x in EASIER if x < easier)
+        for _ in range(HALVINGS):
             middle = float(np.sqrt(low * easier))
             low, easier = (low, middle) if proven(middle, most) else (middle, easier)
-        return easier
 
     try:
-        if nearest(FEW_CELLS) != EASIER[0]:
-            nearest(MOST_CELLS)
+        some = first(few)
+        if some != EASIER[0] and first(MOST_CELLS) != EASIER[0]:
+            for most in (few, MOST_CELLS):
+                known = [x for x in EASIER if x in tries and proven(x, 0)]
+                if known:
+                    nearest(min(known), most)
     except OutOfTime:  # what is proven stays: a nearer bound takes longer
         if not any(part.status == "feasible" for part in tries.values()):
             raise
