@@ -1,5 +1,6 @@
 """PID design and analysis with a delayed input, through its public face."""
 
+import importlib
 from functools import cache
 
 import cvxpy
@@ -242,6 +243,24 @@ def test_largest_ends_between_two_neighbours(name):
     beyond = analyse_delay(loop, **asked | {name: found.beyond})
     assert beyond.status == "infeasible"
     assert f"{name} = {found.value} has a certificate" in repr(found)
+
+
+@pytest.mark.parametrize("start", [6, 5.9, 6.2, 1, 40])
+def test_a_given_start_decides_how_long_largest_takes_and_nothing_else(
+    start, monkeypatch
+):
+    searched, tried = importlib.import_module("sosbook.delay.largest"), []
+    first_design = searched.first_design
+
+    def design(request, *given, **more):
+        tried.append(request.tau)
+        return first_design(request, *given, **more)
+
+    monkeypatch.setattr(searched, "first_design", design)
+    asked = dict(method="legendre", order=1, refuse=False)
+    found = largest("tau", BENCHMARK, tau=start, **asked)
+    assert (found.value, found.beyond) == (6.0, 6.1)
+    assert abs(start - 6.05) > 1 or len(tried) <= 4
 
 
 def test_largest_stops_at_the_parameters_own_limit():

@@ -83,7 +83,8 @@ def largest(
     Parameters
     ----------
     name : {"tau", "mu", "delta"}
-        Its own argument says where to start from; the others are held.
+        Its own argument says where to start from, with small steps: a value near the
+        answer saves most of the search. The others are held.
     plant : SecondOrderSystem, Polytope, Uncertain, Loop or DelayedLoop
         Of a plant, gains are designed at each value, as `design_delay_pid` does; a
         loop is analysed as it is.
@@ -137,7 +138,8 @@ def largest(
 
 
 class _Search:
-    """Doubling and bisection over round numbers.
+    """Growing steps and bisection over round numbers. The first step doubles a value
+    that nobody gave, and moves a given one by some of its last digits.
 
     Where alpha is searched it goes on with one that holds; the others have to be
     refused only where that one ends.
@@ -147,6 +149,7 @@ class _Search:
         self.name, self.given, self.digits = name, given, digits
         self.seconds = checked_seconds(seconds)
         self.limit = given.tau if name == "mu" else float("inf")
+        self.step = 1 + 10.0 ** (1 - digits) if getattr(given, name) else 2.0
         self.known, self.hopeless = {}, set()  # designs by value and place of alpha
         self.places, self.place = range(len(alphas(given))), 0
 
@@ -185,8 +188,9 @@ class _Search:
     def _bracket(self):
         """The largest feasible number and the next one, or None for either."""
         start = low = high = self._start()
+        step = self.step
         while not self._feasible(low):
-            high, low = low, self._near(low / 2)
+            high, low, step = low, self._near(low / step), min(step**2, 2.0)
             if low < 1e-4 * start:
                 return None, high
         while True:
@@ -197,9 +201,10 @@ class _Search:
 
     def _edge(self, low, high, start):
         """The same for the alpha that holds at ``low``."""
-        place = self.place
+        place, step = self.place, self.step
         while high < self.limit and self._holds(high, place):
-            low, high = high, min(self._near(2 * high), self.limit)
+            low, high = high, min(self._near(step * high), self.limit)
+            step = min(step**2, 2.0)
             if high > 1e4 * start:
                 return low, None
         if self._holds(high, place):  # the limit itself

@@ -10,7 +10,7 @@ from .spread import spread_words
 from .tuning import recoverable_tilt
 from .turning import inertia_bounds
 
-__all__ = ["facts"]
+__all__ = ["facts", "unequal"]
 
 COARSE_SHARE = 0.5  # of the limit, by which one count may move the voltage
 
@@ -181,12 +181,14 @@ def _steering(design):
             [*design.certificate.claims, *design.held.claims]
             + proven * [f"sampled, stable for each of the delays {delays} ms"]
         ),
-        "motors that differ": _unequal(design),
+        "motors that differ": unequal(design),
     }
 
 
-def _unequal(design):
-    """The facts of both loops as one, where the motors differ."""
+def unequal(design):
+    """The header's words on both loops as one, where the motors differ; ``design`` is
+    the `SteeringDesign` of the robot.
+    """
     share, many = 100 * design.robot.unequal, len(design.robots)
     floats = (
         f"with one motor stronger by {share:g} % and the other weaker both loops as "
