@@ -21,7 +21,7 @@ MODEL = Model(
 LATE, BATTERY = 0.003, 7.8
 
 
-def run(turner=TURNER, speed=4.0, turn=1.5, seconds=24.0, seed=1, steering=None):
+def run(turner=TURNER, speed=4.0, turn=1.5, seconds=16.0, seed=1, steering=None):
     """What a program that steers logs; it rolls to and fro and turns."""
     random, T = np.random.default_rng(seed), turner.machine.T
     steering = steering or MODEL.steering

@@ -33,7 +33,7 @@ def of_one_mode(plant, sigma, x0):
     return (slow + sigma) * abs(w @ np.diag([1, M]) @ x0 / (w[1] * B))
 
 
-@pytest.mark.parametrize("unit", [1e-6, ODD[0], *campaign([1.0, 1e6, *ODD[1:]])])
+@pytest.mark.parametrize("unit", [ODD[0], *campaign([1e-6, 1.0, 1e6, *ODD[1:]])])
 @pytest.mark.parametrize(
     ("M", "D", "S", "B", "sigma", "x0"),
     [

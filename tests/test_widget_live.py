@@ -104,7 +104,7 @@ def test_the_chapters_with_a_design_have_an_explorer():
 def test_page_and_package_answer_alike_where_the_book_has_an_explorer(kernel, chapter):
     """Where it starts, and at random places, of which the page may leave one open."""
     data, undecided = EXPLORERS[chapter], 0
-    for k, shown in enumerate(places(data, 4)):
+    for k, shown in enumerate(places(data, 2)):
         asked = asked_at(shown)
         asked |= {"x0": data["x0"]} if "u_max" in asked else {}
         asked |= {} if data["mu"] is None else {"mu": data["mu"]}
