@@ -107,8 +107,8 @@ def test_a_move_keeps_its_output_near(c):
 
 @pytest.mark.parametrize(
     "limits",
-    [(2.0, 8.0, 64.0, 0.01), (0.3, 9.81, 9.81, 0.02), (94.8, 186.0, 1526.0, 0.001),
-     (7.0, 7.0, 7.0, 0.05)],
+    by_turns([(2.0, 8.0, 64.0, 0.01), (0.3, 9.81, 9.81, 0.02),
+              (94.8, 186.0, 1526.0, 0.001), (7.0, 7.0, 7.0, 0.05)], 1),
 )  # fmt: skip
 def test_a_profile_keeps_its_limits_and_ends_exactly(limits):
     profile, rng, T = Profile(*limits), np.random.default_rng(8), limits[3]

@@ -74,7 +74,7 @@ def test_norms_of_a_loop_with_a_jordan_block_are_proven(name, share):
         assert found.status == "infeasible" and found.infeasibility.proven
 
 
-@pytest.mark.parametrize("apart", [0, 1e-12, 1e-9, 1e-7, 1e-3])
+@pytest.mark.parametrize("apart", by_turns([0, 1e-12, 1e-9, 1e-7, 1e-3], 0))
 def test_modes_that_are_nearly_one_are_no_harder(apart):
     n = 4
     M, S = np.diag(1 + apart * np.arange(n)), 1.1 * np.eye(n) - np.eye(n, k=-1)

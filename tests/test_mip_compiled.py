@@ -15,7 +15,7 @@ from sosbook.pendulum import FAULTS, Firmware, Mip, SampledLaw
 from sosbook.pendulum.compiled import FLAGS, Compiled, compiler
 from sosbook.pendulum.firmware import COUNTERS, NUMBERS
 from sosbook.pendulum.simulator import Sensors, simulate
-from tests.cases import later
+from tests.cases import by_turns, later
 from tests.compiler import find, refuse
 from tests.gains import named
 
@@ -107,7 +107,7 @@ def same(one, other, kind):
 
 
 @pytest.mark.parametrize("precision", KINDS)
-@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize("name", by_turns(LAWS, 0))
 def test_the_simulator_cannot_tell_them_apart(name, precision):
     """Four seconds in the loop, against noise, are the same to the last bit."""
     c = program(name, precision, blend=BLEND)

@@ -13,6 +13,7 @@ from scipy.linalg import expm
 
 import sosbook as sos
 from sosbook.plants.descriptor import descriptors
+from tests.cases import by_turns
 
 CART = sos.SecondOrderSystem(1, 0.2, 1, 1, F=[[1, 0]])
 
@@ -143,7 +144,7 @@ def test_fine_ticks_are_the_continuous_loop_channel_by_channel(name):
 
 
 @some_laws
-@pytest.mark.parametrize("late", [0, 1])
+@pytest.mark.parametrize("late", by_turns([0, 1], 1))
 def test_a_proof_brackets_what_is_true_of_a_channel(name, late):
     c = controller(name, 0.02, 0.02 * late)
     for output, w in product(OUTPUTS, (0, 1)):

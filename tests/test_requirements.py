@@ -118,7 +118,7 @@ def test_minimise(designs, name, coupling):
 
 
 @pytest.mark.parametrize("coupling", ["pairs", "slack"])
-@pytest.mark.parametrize("name", REQUIREMENTS)
+@pytest.mark.parametrize("name", by_turns(REQUIREMENTS, 1))
 def test_a_warm_start_gives_the_same_design(name, coupling):
     more = dict(coupling=("slack", 0.3) if coupling == "slack" else coupling)
     r = REQUIREMENTS[name]
@@ -135,7 +135,7 @@ def test_a_warm_start_gives_the_same_design(name, coupling):
     assert np.allclose(warm.K, cold.K, rtol=1e-4)
 
 
-@pytest.mark.parametrize("name", REQUIREMENTS)
+@pytest.mark.parametrize("name", by_turns(REQUIREMENTS, 0))
 def test_a_start_that_knows_less_is_no_fault(name):
     plain = sos.design_pid(PLANTS, saturation=ROOF)
     warm, cold = (
@@ -174,7 +174,7 @@ def test_refute_and_advise(name):
 
 
 @pytest.mark.parametrize("coupling", COUPLINGS)
-@pytest.mark.parametrize("name", REQUIREMENTS)
+@pytest.mark.parametrize("name", by_turns(REQUIREMENTS, 0))
 def test_export_to_cvxpy(name, coupling):
     how = ("slack", 0.3) if coupling == "slack" else coupling
     d = solved(name, coupling=how)
@@ -192,7 +192,7 @@ def test_export_to_cvxpy(name, coupling):
         assert np.real(poles).max() < 1e-6
 
 
-@pytest.mark.parametrize("name", MOVABLE)
+@pytest.mark.parametrize("name", by_turns(MOVABLE, 1))
 def test_edges_and_shares(name):
     r = REQUIREMENTS[name]
     key = r.parameter.key
