@@ -1,9 +1,16 @@
 """What a page's tags say, without a browser."""
 
+import re
 from collections import Counter
 from html.parser import HTMLParser
 
 VOID = {"area", "br", "col", "hr", "img", "input", "link", "meta", "source", "wbr"}
+#: What takes most of a page's bytes and tells nothing here: the inside of a formula,
+#: strokes of a drawing and colours of code without a name.
+FORMULA = re.compile(r"(<mjx-container[^>]*>).*?(</mjx-container>)", re.DOTALL)
+STROKES = re.compile(r"<(?:use|path)\b(?![^>]*\bid=)[^>]*/>")
+CODE = re.compile(r"<pre>.*?</pre>", re.DOTALL)
+COLOURS = re.compile(r'<span class="\w+">|</span>|<span></span>')
 #: Nothing in these is of a page's kinds: what has tests of its own, and the title that
 #: printers get.
 CLOSED = {"head", "script", "style", "svg", "mjx-container", "pre", "sos-", "print"}
@@ -23,7 +30,8 @@ class Tags(HTMLParser):
         #: Parent, tag, attributes and role of each element; of a link its style, too.
         self.kinds = set()
         self.open, self.closed = [], 0
-        self.feed(text)
+        text = STROKES.sub("", FORMULA.sub(r"\1formula\2", text))
+        self.feed(CODE.sub(lambda code: COLOURS.sub("", code[0]), text))
 
     def handle_starttag(self, tag, attributes):
         given = dict(attributes)

@@ -18,6 +18,7 @@ from sosbook.book import elements
 from sosbook.book.elements.answers import asked_of
 from sosbook.proofs.command import main, read_plant_file
 from sosbook.synthesis.proofs import DesignRefusal
+from tests.cases import campaign
 from tests.compiler import find, refuse
 from tests.elements import middle, points, still, write_page
 from tests.processes import process
@@ -300,7 +301,7 @@ def told(tab):
     return element(tab, "querySelector('.sos-readout').innerText").split("Solved")[0]
 
 
-@pytest.mark.parametrize("wanted", [[], ["gamma", "cost", "u_max"]])
+@pytest.mark.parametrize("wanted", [["gamma", "cost", "u_max"], *campaign([[]])])
 def test_a_link_leads_to_the_typed_plant_and_its_answer(tab, visit, wanted):
     type_in(tab, **DRIVE | {"M": "0.0025, 0\n0, 0.004"})
     for key in wanted:

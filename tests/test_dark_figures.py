@@ -12,6 +12,7 @@ from matplotlib.image import imread
 
 from sosbook.book import notebooks
 from sosbook.book.plots import style
+from tests.cases import campaign
 from tests.each import each
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -111,7 +112,9 @@ figure => {
 """
 
 
-@pytest.mark.parametrize("page", ["07_grasping_robot", "28_feasibility_maps"])
+@pytest.mark.parametrize(
+    "page", ["28_feasibility_maps", *campaign(["07_grasping_robot"])]
+)
 def test_paper_is_dark_and_each_mark_is_seen(site, visit, page):
     """Pixel by pixel, as the browser draws marks that are used again."""
     tab = visit(site / "book" / f"{page}.html", scheme="dark")

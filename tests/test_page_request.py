@@ -57,9 +57,7 @@ def put(tab, key, text):
     tab.page.locator(f".sos-num[data-bound='{key}']").fill(text + unit)
 
 
-@pytest.mark.parametrize(
-    "example", [0, 3, *campaign(x for x in range(len(EXAMPLES)) if x not in (0, 3))]
-)
+@pytest.mark.parametrize("example", [0, *campaign(range(1, len(EXAMPLES)))])
 def test_what_a_reader_typed_stays(tab, example):
     """Whatever is pressed; only what nobody touched follows the plant."""
     tab.page.locator("[data-key=example]").select_option(str(example))
