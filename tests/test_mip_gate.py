@@ -21,7 +21,6 @@ from tests.six_robots import logs as record_six
 from tests.test_mip_robot import GEARS, THESIS, record
 
 pytestmark = pytest.mark.slow  # each log is identified
-HALF = slice(3000)  # of the thesis's logs: the sweep, without the way back
 
 
 def once(function):
@@ -55,9 +54,14 @@ def robots(tmp_path_factory):
     record(GEARS, folder)
     names = "body", "wheels"
     return {
-        "thesis": (THESIS, *(shipped(x).part(HALF) for x in names)),
-        "gears": (GEARS, *(Log.read(folder / f"{x}.csv") for x in names)),
+        "thesis": (THESIS, *(half(shipped(x)) for x in names)),
+        "gears": (GEARS, *(half(Log.read(folder / f"{x}.csv")) for x in names)),
     }
+
+
+def half(log):
+    """The sweep of a log, without the way back."""
+    return log.part(slice(len(log.t) // 2))
 
 
 @pytest.mark.parametrize("which", ["thesis", "gears"])
