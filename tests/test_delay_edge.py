@@ -16,6 +16,7 @@ from sosbook.delay.modes import slow_modes
 from sosbook.exact.checker import verdict
 from sosbook.exact.definite import exact, inverse
 from sosbook.lmi import Unknown, block, he
+from sosbook.pendulum import Mip, polytope
 from sosbook.solver.blocks import Blocks
 from sosbook.solver.deepest import deepest
 from tests.cases import campaign, later
@@ -144,6 +145,17 @@ def test_modes_and_refutations_can_be_sent_to_another_process():
             assert float(b.rad()) <= 1.001 * float(a.rad())
     assert back.verify()
     assert back.part == found.part
+
+
+@pytest.mark.parametrize("method", ["functional", "shift"])
+def test_one_vertex_alone_refuses_a_family(method):
+    """The multipliers of the other loops are zero, and the checker decides the file."""
+    family = polytope(Mip.printed(), 0.04)
+    K, asked = [[20.58, 0.84, 1.97, 0.9, 0.41]], dict(tau=0.015, mu=0.015, delta=0.2)
+    found = analyse_delay(family, K, [[0, 1]], **asked, method=method)
+    assert found.status == "infeasible" and found.infeasibility.proven
+    used = [name for name, z in found.infeasibility.multipliers.items() if z.any()]
+    assert sum(name.startswith("decay") for name in used) == 1
 
 
 def test_multipliers_of_other_modes_are_refused():

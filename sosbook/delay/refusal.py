@@ -132,8 +132,17 @@ def _without_fixed_equations(request):
     What F and G multiply is C rho there, where C spans the kernel of L,
     and R is seen across the equations' directions only. The multipliers
     that are found there, W Z W', are singular ones of the whole blocks.
+
+    A loop that alone excludes a solution takes less than all of them.
     """
     loops = dict(request.closed_loops(exact))
+    parts = [{name: loop} for name, loop in loops.items()] if len(loops) > 1 else []
+    found = (_without_equations_of(request, part) for part in (*parts, loops))
+    return next((certificate for certificate in found if certificate), None)
+
+
+def _without_equations_of(request, loops):
+    """`_without_fixed_equations` by some ``loops`` alone, by their blocks' names."""
     rows = {name: _undelayed(*loop) for name, loop in loops.items()}
     common = _kernel(np.hstack([_kernel(k) for k in rows.values()]).T).T
     if not len(common):  # the delayed input reaches every equation
@@ -151,7 +160,9 @@ def _without_fixed_equations(request):
         "F": zero,
         "G": zero,
     }
-    expressions = request.blocks(values, exact) | {"R": R}
+    whole = request.blocks(values, exact)
+    others = {n for n, _ in request.closed_loops(exact)} - loops.keys()
+    expressions = {n: g for n, g in whole.items() if n not in others} | {"R": R}
     e2, multipliers, back = request.times(exact).epsilon2, {}, {"R": across}
     for name, (E, A, Ad) in loops.items():
         W, C = _kernel(_fixed(rows[name], common)), _kernel(_kernel(Ad.T).T)
@@ -173,6 +184,8 @@ def _without_fixed_equations(request):
         return None
     for name, W in back.items():
         Z[name] = W @ Z[name] @ W.T
+    for name in others:
+        Z[name] = exact(np.zeros(whole[name].shape))
     return _proven(delay_refusal(request, Z))
 
 
