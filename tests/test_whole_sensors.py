@@ -251,3 +251,31 @@ def test_a_whole_that_is_unstable_keeps_no_norm(asked, monkeypatch):
     assert not found.kept and found.broken == (
         "its poles lie left of the imaginary axis",
     )
+
+
+@pytest.mark.parametrize("filter", [None, 1e-4])
+@pytest.mark.parametrize("elements, unit", [(12, 9.81), (20, 0.3)])
+def test_a_law_is_proven_on_all_of_a_beam(elements, unit, filter):
+    """A search for P, F and G of 48 states took minutes, or found none."""
+    plant = beam(elements, unit)
+    row, g = np.eye(plant.n)[[10]], 0.05 * unit
+    whole = sos.SecondOrderSystem(plant.M, plant.D, plant.S, row.T)
+    rows, gain = np.hstack([0 * row, row]), [np.zeros((0, 0)), np.zeros((0, 1))]
+    gain += [np.zeros((1, 0)), -g * np.eye(1)]
+    law, K = sos.PIDLaw(sensors=sos.Output(velocity=row)), {"K_P": [[-g]]}
+    if filter:
+        law = sos.PIDLaw(position=row, filter=filter)
+        rows, gain = np.hstack([row, 0 * row]), filtered(-g, filter)
+        K = {"K_P": [[0]], "K_D": [[-g]]}
+    slowest = -poles(whole, rows, *gain).real.max()
+    part = whole.reduce(modes=4)
+    design = sos.analyse_pid(
+        part, K, law=part.reduction.law(law), region=sos.PoleRegion(sigma=0.5 * slowest)
+    )
+    proof = design.certify(on=whole, time_limit=60)
+    assert proof.proven and "of the reduced model" not in str(proof)
+    beyond = sos.analyse_pid(
+        part, K, law=part.reduction.law(law), region=sos.PoleRegion(sigma=2 * slowest)
+    )
+    if beyond.status == "feasible":
+        assert "doesn't keep it" in str(beyond.certify(on=whole, time_limit=60))

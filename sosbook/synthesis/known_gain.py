@@ -278,6 +278,9 @@ def _proven(request, r, loops, means=()):
 
 
 def _found(lmis):
+    even = lmis.even()
+    if even and (size := lmis.margin(even)) > CLEAR and (values := lmis.rounded(even)):
+        return values, size
     first = lmis.find(refuse=False)
     if first.values is None or not (size := lmis.margin(first.values)) > CLEAR:
         return None

@@ -14,6 +14,8 @@ from ..lmi.text import LMIText, floats
 from ..requirements.known_gain import KnownVertex
 from ..solver.loop import margin
 
+FROM_STATES = 20  # of a smaller loop the search takes less than half a second
+SMALL = 10.0 ** np.arange(-9, 0, 2)  # of G, beside F
 DEFECTIVE = 1e-5  # the size of a state in all modes, beside the largest
 
 
@@ -78,6 +80,18 @@ class KnownLMIs(LMIProblem):
     def _scaled(self, name, g):
         turn = np.diag(1 / self._scales[name])
         return turn @ g @ turn
+
+    def even(self):
+        """Values with P and F one in these coordinates, and G as small as lets the
+        margin be the largest: of one large loop they may do without a search, whose
+        F and G have hundreds of entries. None where there are other unknowns.
+        """
+        small = len(self.T) < FROM_STATES
+        if small or len(self.loops) > 1 or self.unknowns[-1].name != "G":
+            return None
+        one = {u.name: np.eye(*u.shape) for u in self.unknowns}
+        several = [one | {"G": size * one["G"]} for size in SMALL]
+        return max(several, key=self.margin)
 
     def margin(self, values):
         """The smallest eigenvalue at ``values`` of all blocks, scaled to ones."""
