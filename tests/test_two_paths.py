@@ -9,10 +9,13 @@ import pytest
 import scipy.sparse as sp
 from numpy.testing import assert_allclose
 from scipy.linalg import eigh
+from scipy.sparse.csgraph import reverse_cuthill_mckee
+from scipy.sparse.linalg import splu
 
 import sosbook as sos
+from sosbook.analysis.large import SYMMETRIC, Pencil
 from sosbook.plants import sparse
-from sosbook.plants.modes import below
+from sosbook.plants.modes import below, symmetric_factor
 from sosbook.runtime import time_limit as clock
 from sosbook.synthesis.design import Design
 from sosbook.synthesis.request import Request
@@ -218,6 +221,55 @@ def test_a_search_without_time_for_a_pole_is_an_error(monkeypatch):
     slowed(monkeypatch, 3)
     with pytest.raises(clock.OutOfTime, match="over: raise time_limit"):
         design.check_on(plant)
+
+
+@pytest.mark.parametrize("refined", [1, 3])
+def test_poles_of_a_dense_plant_that_are_refined_in_time_are_told(refined, monkeypatch):
+    plant = sos.SecondOrderSystem(*PLANTS["not buckled"][0])
+    design = sos.analyse_pid(plant.reduce(modes=4), np.zeros((1, 8)))
+    truth, kept = np.linalg.eigvals(by_hand(plant)[0]), Pencil.refined
+
+    def late(self, *pole):
+        if next(count) >= refined:
+            raise clock.OutOfTime
+        return kept(self, *pole)
+
+    count = itertools.count()
+    monkeypatch.setattr(Pencil, "refined", late)
+    found = design.check_on(plant)
+    assert len(found.poles) == refined and not found.kept and not found.broken
+    assert abs(found.pole.real - truth.real.max()) < 1e-9
+    assert "; time was over: the time limit is over" in str(found)
+
+
+def bars(*size):
+    """The stiffness of a grid of points with bars to all neighbours, on a ground."""
+    places = np.argwhere(np.ones(size))
+    number, parts = np.arange(len(places)).reshape(size), []
+    for way in itertools.product((-1, 0, 1), repeat=3):
+        ends = places + way
+        near = np.flatnonzero(((ends >= 0) & (ends < size)).all(axis=1))
+        if way > (0, 0, 0):
+            far = number[tuple(ends[near].T)]
+            columns = np.hstack(
+                [3 * near[:, None] + range(3), 3 * far[:, None] + range(3)]
+            )
+            values = np.tile([*way, *(-x for x in way)], len(near))
+            pointers = np.arange(0, 6 * len(near) + 1, 6)
+            shape = len(near), 3 * len(places)
+            parts.append(sp.csr_array((values, columns.ravel(), pointers), shape=shape))
+    across = sp.vstack(parts).astype(float)
+    return sp.csc_array(across.T @ across + 0.3 * sp.eye_array(across.shape[1]))
+
+
+@pytest.mark.parametrize("size", [(40, 5, 5), (9, 9, 9)])
+def test_a_solid_fills_no_more_than_its_band(size):
+    """Blocks and slender solids: bars to all neighbours of a grid, held at one end."""
+    S = bars(*size)
+    order = reverse_cuthill_mckee(S, symmetric_mode=True)
+    most = 1.1 * splu(S[order][:, order].tocsc(), permc_spec="NATURAL").L.nnz
+    assert symmetric_factor(S).L.nnz < most
+    assert splu(S.astype(complex), **SYMMETRIC).L.nnz < most
 
 
 def test_a_broken_claim_ends_the_search_of_a_sparse_plant(monkeypatch):

@@ -16,6 +16,7 @@ from scipy.sparse.linalg import (
 
 from ..plants.modes import NUDGES, negatives, symmetric_factor
 from ..runtime.read_only import ReadOnly
+from ..runtime.threads import one_thread
 from ..runtime.time_limit import check_time, check_time_of_eigenvalues
 
 STEPS = 5  # of Newton's method; each squares the error, which begins near 1e-9
@@ -23,7 +24,7 @@ SETTLED = 1e-10  # of the pole's size: the next step is the square of a smaller 
 SHARP = 1e-10  # residual, of the sizes of its terms; a larger one is no pole's
 LAST_STEP = 1e-6  # of the pole's size: two poles that coincide settle slowly
 SYMMETRIC = dict(
-    permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.01, options=dict(SymmetricMode=True)
+    permc_spec="COLAMD", diag_pivot_thresh=0.01, options=dict(SymmetricMode=True)
 )
 AT_ONCE = 6  # poles near each point where a sparse pencil is looked at
 RESTARTS = 5  # of Arnoldi's method; far from all poles it doesn't settle at all
@@ -62,17 +63,16 @@ class Pencil(ReadOnly):
         first = not issparse(self.M) and not np.any(self.M)
         return (2 - first) * self.n + len(self.A)
 
-    def _at(self, s):
-        """The plant, K and G at s, as factors of q."""
-        K, G = (x[:, : self.n] + s * x[:, self.n :] for x in (self.K, self.G))
-        return s * s * self.M + s * self.D + self.S, K, G
+    def _gains(self, s):
+        """K and G at s, as factors of q."""
+        return (x[:, : self.n] + s * x[:, self.n :] for x in (self.K, self.G))
 
     def solver(self, s):
         """A function that solves the loop at s for a right side; of a sparse one the
         plant is factored, and the controller, of low rank, added.
         """
         n, m, A = self.n, self.B.shape[1], s * np.eye(len(self.A)) - self.A
-        plant, K, G = self._at(s)
+        plant, (K, G) = s * s * self.M + s * self.D + self.S, self._gains(s)
         if not issparse(plant):
             loop = np.block([[plant - self.B @ K, -self.B @ self.C], [-G, A]])
             with catch_warnings(action="error", category=LinAlgWarning):
@@ -110,7 +110,7 @@ class Pencil(ReadOnly):
         the controller, and the sum.
         """
         q, i = np.split(q, [self.n])
-        _, K, G = self._at(s)
+        K, G = self._gains(s)
         parts = (s * s, self.M), (s, self.D), (1.0, self.S)
         force = self.B @ (K @ q + self.C @ i)
         left = sum(c * (x @ q) for c, x in parts) - force
@@ -144,6 +144,7 @@ class Pencil(ReadOnly):
             return None
         return s, abs(step) if abs(step) > LAST_STEP * abs(s) else 0.0
 
+    @one_thread
     def near(self, shift, count=0):
         """Poles, vectors and doubts near a complex ``shift``, of a sparse pencil; more
         of them where ``count`` are expected. The doubt is None where a pole didn't
@@ -231,7 +232,7 @@ class Pencil(ReadOnly):
         else:
             raise ArithmeticError("no factor tells the signs of its eigenvalues")
         count = int((factor.U.diagonal() < 0).sum())
-        m, (_, K, G) = self.B.shape[1], self._at(at)
+        m, (K, G) = self.B.shape[1], self._gains(at)
         W = K + self.C @ np.linalg.solve(at * np.eye(len(self.A)) - self.A, G)
         if not W.any():
             return count

@@ -7,6 +7,7 @@ from scipy.linalg import LinAlgError, eigh
 from scipy.sparse import csc_array, issparse
 from scipy.sparse.linalg import LinearOperator, eigsh, splu
 
+from ..runtime.threads import one_thread
 from .checks import count
 from .sparse import sparse_factor
 
@@ -108,7 +109,8 @@ def lowest(M, S, modes):
 
     def near(place, k, solve):
         k, inverse = min(k, M.shape[0] - 1), LinearOperator(M.shape, solve, dtype=float)
-        return eigsh(S, k, M, sigma=place, v0=start, OPinv=inverse)
+        with one_thread:
+            return eigsh(S, k, M, sigma=place, v0=start, OPinv=inverse)
 
     squares, V = near(shift, modes + counts[0], solve)
     if counts[0]:

@@ -66,12 +66,13 @@ def check_small(v):
 
 def sparse_factor(x):
     """SuperLU's factors of a sparse ``x`` without exchanges of rows, or None: of a
-    symmetric matrix their diagonal has the signs of its eigenvalues.
+    symmetric matrix their diagonal has the signs of its eigenvalues. The order is that
+    of columns: minimum degree by A' + A filled slender solids seven times as much.
     """
     from scipy.sparse import csc_array
     from scipy.sparse.linalg import splu
 
-    options = dict(permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0)
+    options = dict(permc_spec="COLAMD", diag_pivot_thresh=0.0)
     try:
         return splu(csc_array(x), options=dict(SymmetricMode=True), **options)
     except RuntimeError:

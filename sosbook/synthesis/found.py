@@ -176,11 +176,9 @@ class _Search:
 
     def run(self):
         """Find what can be found, until time is over or something is broken."""
-        if not issparse(self.pencil.S):
-            self._refine_few(self.pencil.everywhere())
-            return
-        seen: list = []
-        done, places = 0, self._places()
+        sparse = issparse(self.pencil.S)
+        seen = [] if sparse else self.pencil.everywhere()
+        done, places = 0, self._places() if sparse else []
         try:
             for done, (place, count) in enumerate(places):
                 new = self.pencil.near(place, count)
@@ -200,7 +198,8 @@ class _Search:
         except OutOfTime as over:
             if not self.refined:
                 raise
-            self.stopped = f"time was over after {done} of {len(places)} places: {over}"
+            where = f" after {done} of {len(places)} places" if sparse else ""
+            self.stopped = f"time was over{where}: {over}"
 
     def found(self, order):
         """The `Found` of a whole with so many poles."""
