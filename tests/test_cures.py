@@ -31,7 +31,7 @@ def sizes(poles):
     return np.sort(abs(poles))
 
 
-@pytest.mark.parametrize("key", ["dt", "Ts", "T"])
+@pytest.mark.parametrize("key", ["dt", "Ts", "ts", "T", "sampling_time"])
 @pytest.mark.parametrize("save", [scipy.io.savemat, lambda x, y: np.savez(x, **y)])
 def test_a_state_space_of_discrete_time_keeps_its_tick(key, save, tmp_path):
     """The file's A is of x(k+1); a gain is judged by the poles z."""
@@ -42,8 +42,8 @@ def test_a_state_space_of_discrete_time_keeps_its_tick(key, save, tmp_path):
     save(file, given | {key: 0.0})
     assert getattr(load_plant(file), "dt", None) is None
     save(file, given | {key: 0.05})
-    if key == "T":
-        assert "T = 0.05 beside A" in refusal(load_plant, file)
+    if key in ("T", "sampling_time"):
+        assert f"{key} = 0.05 beside A" in refusal(load_plant, file)
         return
     plant = load_plant(file)
     assert plant.dt == 0.05
@@ -99,6 +99,9 @@ def test_half_of_a_symmetric_matrix_is_named(side, tmp_path):
     large = {x: sp.block_diag([given[x]] * 400) for x in "MDS"}
     with pytest.warns(sos.MassWarning, match="half of a symmetric"):
         sos.SecondOrderSystem(**large, B=np.eye(1200)[:, :1])
+    masses = side(np.eye(1001) + 0.3 * np.eye(1001, k=1) + 0.3 * np.eye(1001, k=-1))
+    with pytest.warns(sos.MassWarning, match="half of a symmetric"):
+        sos.SecondOrderSystem(masses, np.eye(1001), masses, np.eye(1001)[:, :1])
     follower = dict(M=np.eye(2), D=np.eye(2), S=side([[2, 1], [1, 2]]), B=np.eye(2))
     with warnings.catch_warnings():
         warnings.simplefilter("error")  # one of two rows may push in one direction
@@ -166,12 +169,78 @@ def test_rayleigh_damping_goes_with_what_has_no_mass(large):
     assert_allclose(dense[1], schur, atol=1e-12)
     assert_allclose(dense[0], 0.3 * np.eye(len(left)) + beta * schur, atol=1e-12)
     assert (dense[1] == dense[2]).all()
-    for wrong in ({"D": given[1] - 0.02 * given[2] * 5}, {"B": B + 1}):
+    pushed = B + np.eye(n)[:, [1]]
+    for wrong in (
+        {"D": given[1] - 0.02 * given[2] * 5},
+        {"B": B + 1},
+        {"B": pushed},
+        {"B": pushed, "D": given[1] - 0.02 * given[2] * 5},
+    ):
         words = dict(zip("MDS", given)) | {"B": B} | wrong
         try:
             assert condense(**words).n == n  # it is a plant as it is
         except ValueError as error:
             assert "condense solves" not in str(error)
+            assert ("add it to what is left" in str(error)) == ("D" not in wrong)
+
+
+@pytest.mark.parametrize("unit, alpha", [(1.0, 0.0), (0.3, 0.3), (9810.0, 0.0)])
+def test_rayleigh_damping_goes_with_a_mass_of_ten_digits(unit, alpha):
+    """Mixtures of rows without mass, as a file prints them: B pushes them by its last
+    digit, too.
+    """
+    n, rank, beta = 6, 4, 0.01
+    X = np.cos(np.outer(np.arange(n), np.arange(1.0, rank + 1)) ** 1.5)
+    turn = np.eye(n) - 0.2 * np.eye(n, k=2)
+    S = 9.81 * unit * turn @ turn.T
+    printed = np.vectorize(lambda x: float(f"{x:.10g}"))
+    M, B = printed(unit * X @ X.T), printed(X[:, :1])
+    D = alpha * M + beta * S
+    with pytest.warns(sos.MassWarning, match=r"tolerance=1e-09\) of sosbook.plants"):
+        whole = sos.SecondOrderSystem(M, D, S, B)
+    assert "tolerance=1e-09" in refusal(whole.reduce, modes=1)
+    with pytest.warns(UserWarning, match="leaves out .* of B in 2 directions") as said:
+        part = condense(M, D, S, B, tolerance=1e-9)
+    sizes_left = [float(str(x.message).split()[3]) for x in said]
+    assert part.n == rank and max(sizes_left) < 1e-8
+    own = np.linalg.inv(X.T @ np.linalg.solve(S, X))  # of X' z, what has mass
+    first = np.block(
+        [
+            [np.zeros((rank, rank)), np.eye(rank)],
+            [-own / unit, -alpha * np.eye(rank) - beta * own / unit],
+        ]
+    )
+    truth = np.sort_complex(np.linalg.eigvals(first))
+    assert_allclose(np.sort_complex(part.poles()), truth, rtol=1e-6)
+
+
+@pytest.mark.parametrize("digits, tolerance", [(8, "1e-07"), (6, "1e-05")])
+def test_a_negative_mass_of_few_digits_has_a_cure_that_works(digits, tolerance):
+    X = 3 * np.cos(np.outer(np.arange(1, 5), [1.0, 2.3]))
+    M = np.vectorize(lambda x: float(f"{x:.{digits}g}"))(X @ X.T)
+    given = M, 0 * M, 9.81 * np.eye(4) - np.eye(4, k=1) - np.eye(4, k=-1), np.eye(4)
+    assert -1e-5 < np.linalg.eigvalsh(M)[0] / M.max() < -1e-9
+    with pytest.warns(sos.MassWarning, match="are the digits of a file few") as said:
+        whole = sos.SecondOrderSystem(*given)
+    assert f"tolerance={tolerance}" in str(said[0].message)
+    assert f"tolerance={tolerance}" in refusal(whole.reduce, modes=1)
+    with pytest.warns(UserWarning, match="leaves out .* of M in 2 directions"):
+        assert condense(*given, tolerance=float(tolerance)).reduce(modes=1).n == 1
+    wrong = given[0] - 2 * np.diag([0, 0, 0, 1])  # a sign that is wrong has none
+    with pytest.warns(sos.MassWarning, match=r"is a sign wrong\?$"):
+        sos.SecondOrderSystem(wrong, *given[1:])
+
+
+def test_light_rows_of_a_large_plant_are_named():
+    n = 1200
+    S = sp.diags_array(
+        [-np.ones(n - 1), 2.3 * np.ones(n), -np.ones(n - 1)], offsets=(-1, 0, 1)
+    )
+    mass = np.where(np.arange(n) % 400 == 7, 1e-11, 0.3)
+    M = sp.diags_array(mass)
+    with pytest.warns(UserWarning, match="leaves out 3e-11 of M in 3 directions"):
+        part = condense(M, 0 * M, S, np.eye(n)[:, :1], tolerance=1e-9)
+    assert part.n == n - 3
 
 
 def test_a_mass_of_ten_digits_is_named_and_rounded():

@@ -290,10 +290,11 @@ def _deficient(entries, kind, shape, tolerance):
     M = np.frombuffer(entries, kind).reshape(shape)
     if not M.size:
         return len(M) > 0
-    with np.errstate(over="ignore"):  # of scales that tiny entries spoil
-        rows, columns = logarithmic_scales(M)
+    with np.errstate(over="ignore", invalid="ignore"):  # of scales that tiny entries
+        rows, columns = logarithmic_scales(M)  # or a long triangle spoil
         scaled = rows[:, None] * M * columns
-        return all(_lacks_rank(x, tolerance) for x in (scaled, M))
+        both = scaled if np.isfinite(scaled).all() else M, M
+        return all(_lacks_rank(x, tolerance) for x in both)
 
 
 def _lacks_rank(M, tolerance):

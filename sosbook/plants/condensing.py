@@ -24,6 +24,7 @@ SHARP = 120  # bits that an entry needs, lest neighbours of one value round apar
 NO_MASS = "M and D are zero: no displacement has a mass or damping"
 MOST_TOUCHED = 2 * MOST_DENSE  # rows of a large plant; they fill its S
 MOST_FULL = 5000  # rows that floats may fill of a large plant
+ROUNDING = 1e-14  # relative: less than that was never there
 NOTHING = 2.0**-100  # of the largest: an entry below that is zero
 
 
@@ -52,8 +53,9 @@ def condense(
         B and F (Rayleigh), they are condensed as without damping.
     tolerance : float
         Masses and damping up to so much of the largest count as none: for files that
-        have ten digits, 1e-9. What is left out is in a warning. In a large sparse plant
-        floats may solve, to a residual of so much.
+        have ten digits, 1e-9. With Rayleigh's damping forces do, too. What is left out
+        is in a warning. In a large sparse plant floats may solve, to a residual of so
+        much.
 
     Returns
     -------
@@ -123,7 +125,9 @@ def condense(
 def _without(given, there, names, tolerance):
     """The remaining plant, by argument."""
     N, L, n = there.N, there.L, len(there.N)
-    _say(tolerance, given, N.astype(float), L.astype(float))
+    if tolerance:
+        right, left = N.astype(float), L.astype(float)
+        _say(given, there, lambda X: left.T @ X, lambda X: X @ right)
     # z = N zeta + what is kept; zeta stands in rows of its own, which go
     rows, (columns, gone) = kept(L)[0], kept(N)
     S, *pushes = (exact(given[x]) for x in "SBF")
@@ -139,18 +143,22 @@ def _without(given, there, names, tolerance):
     return dict(**inertia, **parts, coordinates=left)
 
 
-def _say(tolerance, given, N, L):
-    """Warn of the masses and damping that a tolerance leaves out."""
-    sizes = {
-        name: max(abs(X @ N).max(), abs(L.T @ X).max()) / abs(X).max()
-        for name, X in ((name, given[name]) for name in "MD")
-        if tolerance and X.any()
-    }
-    for name, size in sizes.items():
-        if size > 0:
+def _say(given, there, rows, columns):
+    """Warn of the masses and damping that a tolerance leaves out, and of forces where
+    damping goes: those parts of a matrix that ``rows`` and ``columns`` return.
+    """
+    names = "MDBF" if there.beta else "MD"
+    for name, X in ((x, given[x]) for x in names if given[x].shape[1]):
+        parts = (rows(X), columns(X)) if name in "MD" else (rows(X),)
+        size = max((abs(x).max() for x in parts if x.size), default=0.0)
+        whole = abs(X).max()
+        if name == "D":  # less what is condensed with S
+            whole += there.beta * abs(given["S"]).max()
+        if size > ROUNDING * whole:
             warn_outside(
-                f"condense leaves out {size:.1g} of {name} in {N.shape[1]} directions: "
-                "the plant that is left is another one by so much"
+                f"condense leaves out {size / whole:.1g} of {name} in "
+                f"{there.count} directions: the plant that is left is another one by "
+                "so much"
             )
 
 
@@ -169,6 +177,8 @@ def _in_part(given, there, names, tolerance):
     """A large plant without its massless rows: what they don't touch stays as it is."""
     M, D, S, B, F = (given[name] for name in "MDSBF")
     n, gone = M.shape[0], there.N
+    if tolerance:
+        _say(given, there, lambda X: X[gone], lambda X: X[:, gone])
     left = np.setdiff1d(np.arange(n), gone)
     near = abs(S[gone]).sum(axis=0) + abs(S[:, gone]).sum(axis=1)
     near = np.setdiff1d(np.flatnonzero(near), gone)

@@ -1,5 +1,6 @@
 """Plants from files of other programs, and of JSON."""
 
+import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from os import PathLike
@@ -21,7 +22,7 @@ from .as_data import ALIASES, NAMES, plant_of
 from .descriptor_system import DescriptorSystem
 from .matrix_names import ENDS, HARWELL, LETTERS, chosen_names, listed_names
 from .second_order import Polytope, SecondOrderSystem
-from .state_space import STEPS, plant_of_state_space
+from .state_space import is_step, plant_of_state_space
 from .structure import Beside, matrix_of, structure_of
 from .suspicions import half_fault, idle_inputs, suspicion
 from .uncertain import Uncertain
@@ -183,7 +184,7 @@ def _read(path, names, beside=PLAIN):
                 raise ValueError(
                     "there is A: without, push and rayleigh are for M, D, S"
                 )
-            for name in matrices.keys() - {*STEPS}:
+            for name in itertools.filterfalse(is_step, [*matrices]):
                 matrices[name] = matrix_of(name, matrices[name])
             plant = plant_of_state_space(
                 path, matrices, asked="A" in names, condensed=beside.condensed

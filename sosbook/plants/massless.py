@@ -16,6 +16,7 @@ WEIGHT = fmpq(355, 113)  # of damping beside mass: of no round ratio
 PROPORTIONAL = 1e-12  # of the damping, by which it may differ from a multiple of S
 NEAR_ZERO = 1e-12  # of the largest entry of a direction
 ROUNDED = 1e-9  # relative: masses that were printed with ten digits
+FEWER = ROUNDED, 1e-7, 1e-5  # of ten, eight or six digits, as files print them
 
 
 def massless(M, D, tolerance=0.0):
@@ -116,7 +117,7 @@ class Massless:
                 count = N.shape[1] if N.shape == L.shape else 0
             if count and damped is D:
                 return cls(N, L, 0.0)
-        beta = count and _proportion(given, N, L, max(tolerance, PROPORTIONAL))
+        beta = count and _proportion(given, N, L, tolerance)
         return cls(N, L, beta) if beta else None
 
     @property
@@ -171,7 +172,11 @@ def _proportion(given, N, L, tolerance):
     size = (stiff * stiff).sum()
     beta = float((left * stiff).sum() / size) if size else 0.0
     gaps = abs(left - beta * stiff).max(), abs(right - beta * stiff_right).max()
-    off = max(gaps) > tolerance * abs(D).max() or any(x.any() for x in pushes)
+    off = max(gaps) > max(tolerance, PROPORTIONAL) * abs(D).max()
+    off = off or any(
+        abs(x).max(initial=0.0) > tolerance * abs(whole).max(initial=0.0)
+        for x, whole in zip(pushes, (B, F))
+    )
     return 0.0 if off or beta <= 0 else beta
 
 
@@ -207,7 +212,7 @@ def massless_cure(given, definite=False):
         return f"; {empty_words(empty, 'M, D, S, B and F')}"
     there = Massless.of(given)
     if there is None:
-        return ""
+        return _pushed_cure(given)
     rows = massless(given["M"], (there.beta == 0) * given["D"])
     if not there.solvable(given, definite):
         return constraints(given, rows)
@@ -217,12 +222,27 @@ def massless_cure(given, definite=False):
     return f"; sosbook.plants.condense solves for the {some} without mass exactly"
 
 
+def _pushed_cure(given):
+    """The cure where only inputs keep damped rows from being condensed."""
+    unpushed = given | {name: 0 * given[name] for name in "BF"}
+    there = Massless.of(unpushed)
+    if there is None or not there.solvable(given):
+        return ""
+    return (
+        ", but for the inputs there sosbook.plants.condense would solve for them with "
+        "their damping, a multiple of S: let B and F act on rows with mass, or "
+        "condense the plant without that damping, and add it to what is left"
+    )
+
+
 def light_cure(given, definite=False):
     """As `massless_cure` (``given``, ``definite``) of what has next to no mass."""
-    there = Massless.of(given, ROUNDED)
-    if there is None or not there.solvable(given, definite):
-        return ""
-    return f"; condense(..., tolerance={ROUNDED:g}) of sosbook.plants takes it for none"
+    for tolerance in FEWER:
+        there = Massless.of(given, tolerance)
+        if there is not None and there.solvable(given, definite):
+            how = f"condense(..., tolerance={tolerance:g}) of sosbook.plants"
+            return f"; {how} takes it for none"
+    return ""
 
 
 def definite_cure(given):

@@ -1,7 +1,7 @@
 """The names of a plant's matrices in files of other programs."""
 
 from .as_data import ALIASES, NAMES, OPTIONAL
-from .state_space import BLOCK, LETTERS, STEPS
+from .state_space import BLOCK, LETTERS, is_step
 
 HARWELL = ".hb", ".rb", ".rsa", ".rua", ".rza"
 ENDS = ".csv", ".txt", ".mtx", ".npy", ".npz", ".sti", ".mas", *HARWELL
@@ -24,9 +24,11 @@ def chosen_names(place, there, names, made):
     letters, within = _letters(place, there)
     own = {n: x for n, x in letters.items() if n in (*NAMES, *LETTERS)}
     chosen = {n: x for n, x in own.items() if x not in names.values()} | dict(names)
-    state_space = (*BLOCK, *LETTERS, *STEPS)
+    state_space = (*BLOCK, *LETTERS)
     if "M" not in chosen and {"A", "ABCD"} & letters.keys() | {"A"} & chosen.keys():
-        rest = {n: within + n for n in (*BLOCK, *STEPS) if within + n in there}
+        rest = {n: within + n for n in BLOCK if within + n in there}
+        own = {x.removeprefix(within): x for x in there if x.startswith(within)}
+        rest |= {n: x for n, x in own.items() if is_step(n)}
         return {n: x for n, x in chosen.items() if n in state_space} | rest
     chosen = {n: own for n, own in chosen.items() if n in NAMES}
     if "S" not in chosen and {"C", "D", "K"} <= letters.keys() and "D" not in names:

@@ -11,7 +11,7 @@ from .massless import kept, massless_directions
 from .second_order import SecondOrderSystem
 
 LETTERS = "E", "A", "B", "B_w", "C", "D"
-STEPS = "dt", "Ts", "T"  # what programs call the time between two samples
+STEPS = "dt", "ts", "t"  # what programs call the time between two samples
 BLOCK = "ABCD", "nx"  # as Modelica writes a state space, and its number of states
 
 
@@ -85,13 +85,19 @@ def _solved(E, A, B, B_w, C, D_u):
     return E[np.ix_(rows, columns)], A, B, B_w, C, D_u, D_w
 
 
+def is_step(name):
+    """True if a file of a state space may call the time between samples by ``name``."""
+    return name.lower() in STEPS or "sampl" in name.lower()
+
+
 def _step(given):
     """The time between two samples in a file of these, of 0 or none None."""
-    for name in STEPS:
-        step = np.asarray(given.get(name, 0))
+    for name in filter(is_step, given):
+        step = np.asarray(given[name])
         if step.size != 1 or not step.item():
             continue
-        if name == "T" or step.dtype == bool or not step.item() > 0:
+        known = name.lower() in STEPS[:2]
+        if not known or step.dtype.kind not in "iuf" or not step.item() > 0:
             raise ValueError(
                 f"{name} = {step.item()} beside A: if it is the time between two "
                 "samples call it dt, in seconds; of continuous time leave it out"

@@ -19,7 +19,9 @@ def suspicion(given):
     >>> suspicion(dict(M=M, D=D, S=S))[:49]
     'all entries of S beside its diagonal are above it'
     """
-    return half_fault(given) or mass_fault(given["M"]) or _light(given)
+    fault = half_fault(given) or mass_fault(given["M"]) or _light(given)
+    few = "sign" in fault and not issparse(given["M"]) and light_cure(given, True)
+    return f"{fault[:-1]}, or are the digits of a file few{few}" if few else fault
 
 
 def half_fault(given):
