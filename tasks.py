@@ -101,26 +101,23 @@ def test(words):
         prepare()
         return pytest(*WITHOUT_NBVAL, "-m", QUICK, "tests", "sosbook", *words[1:])
     prepare()
-    chromium = browser.ensure(str(PYTHON))
-    cc = compiler.ensure(str(PYTHON))
-    missing = "\n".join(
-        text
-        for text, found in ((browser.MISSING, chromium), (compiler.MISSING, cc))
-        if found is None
-    )
-    if missing and os.environ.get("CI"):
-        return fail(missing)
-    notebooks = sorted(
-        str(path)
-        for path in Path("book").glob("*.ipynb")
-        if cc or path.name not in compiler.CHAPTERS
-    )
     log, outcome = BUILD / "book.log", BUILD / "book.status"
     BUILD.mkdir(exist_ok=True)
     for old in (outcome, *BUILD.glob("gw*.*")):
         old.unlink(missing_ok=True)
     with ThreadPoolExecutor(1) as beside:
         built = beside.submit(build_aside, log, outcome)
+        chromium = browser.ensure(str(PYTHON))
+        cc = compiler.ensure(str(PYTHON))
+        needs = ((browser.MISSING, chromium), (compiler.MISSING, cc))
+        missing = "\n".join(text for text, found in needs if found is None)
+        if missing and os.environ.get("CI"):
+            return fail(missing)
+        notebooks = sorted(
+            str(path)
+            for path in Path("book").glob("*.ipynb")
+            if cc or path.name not in compiler.CHAPTERS
+        )
         status = pytest(
             "--nbval",
             "tests",
