@@ -11,6 +11,7 @@ import numpy as np
 from ..runtime.sparse import issparse
 
 SAME = 1.2  # a quotient of lengths that need no further scaling
+CLEAR = 1e-3  # of rows and columns of about one length: no scaling hides a rank
 RIDGE = 1e-9  # to equations of scales that leave a factor open
 SIZE_LIMITS = 1e-100, 1e100  # of numbers whose squares and products are floats, too
 HYSTERETIC = (
@@ -290,24 +291,33 @@ def _deficient(entries, kind, shape, tolerance):
     M = np.frombuffer(entries, kind).reshape(shape)
     if not M.size:
         return len(M) > 0
+    if not _lacks_rank(M, tolerance):
+        return False
     with np.errstate(over="ignore", invalid="ignore"):  # of scales that tiny entries
         rows, columns = logarithmic_scales(M)  # or a long triangle spoil
         scaled = rows[:, None] * M * columns
-        both = scaled if np.isfinite(scaled).all() else M, M
-        return all(_lacks_rank(x, tolerance) for x in both)
+    return not np.isfinite(scaled).all() or _lacks_rank(scaled, tolerance)
 
 
 def _lacks_rank(M, tolerance):
     """True if a singular value is below the tolerance, rows and columns of one length:
-    one, for the columns of a square matrix; of others it can't be.
+    one, for the columns of a square matrix; of others it can't be. Where all are
+    `CLEAR` as soon as the lengths have been taken once, none of this is asked.
     """
-    for axis in 20 * (1, 0):
+    for k, axis in enumerate(20 * (1, 0)):
         lengths = np.sqrt((abs(M) ** 2).sum(axis=axis, keepdims=True))
         some = lengths[lengths > 0]
         M = M / np.where(lengths > 0, lengths, 1.0)
         if axis == 0 and (not some.size or some.max() < SAME * some.min()):
             break
-    return np.count_nonzero(np.linalg.svd(M, compute_uv=False) > tolerance) < len(M)
+        if k == 1 and not _lower(M, CLEAR):
+            return False
+    return _lower(M, tolerance)
+
+
+def _lower(M, size):
+    """True if M has fewer singular values above a ``size`` than rows."""
+    return np.count_nonzero(np.linalg.svd(M, compute_uv=False) > size) < len(M)
 
 
 def checked_names(coordinates, n, what="coordinates"):
