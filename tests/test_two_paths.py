@@ -283,26 +283,36 @@ def test_a_broken_claim_ends_the_search_of_a_sparse_plant(monkeypatch):
     assert "the search ended there, at 1 of" in str(found)
 
 
-def test_of_a_sparse_whole_nothing_is_proven_and_the_search_is_told(monkeypatch):
+def test_of_a_sparse_whole_nothing_is_proven_and_it_is_said_at_once(monkeypatch):
     _, plant = both(PLANTS["not buckled"][0], monkeypatch)
     design = sos.analyse_pid(plant.reduce(modes=4), np.zeros((1, 8)))
-    refused = design.certify(on=plant)
+    search = "sosbook.synthesis.reduced_model.found_on"
+    with monkeypatch.context() as without:
+        without.delattr(search)
+        refused = design.certify(on=plant)
     assert not refused.proven and "too large for LMIs" in str(refused)
-    assert str(design.check_on(plant)) in str(refused)
+    assert "design.check_on(whole)" in str(refused) and design.check_on(plant).kept
+
+
+def test_the_share_of_a_search_is_shown(monkeypatch, capsys):
+    """Of the places where poles are sought; a dense whole has all poles at once."""
+    monkeypatch.delenv("TQDM_DISABLE", raising=False)
+    for plant in both(PLANTS["not buckled"][0], monkeypatch):
+        design = sos.analyse_pid(plant.reduce(modes=4), np.zeros((1, 8)))
+        assert design.check_on(plant).kept and not capsys.readouterr().err
+        assert design.check_on(plant, progress=True).kept
+        shown = capsys.readouterr().err
+        assert ("place/s" in shown) == bool(shown) == sp.issparse(plant.S)
 
 
 def test_a_proof_that_is_stopped_says_which_part_is_done(monkeypatch):
     matrices, modes = PLANTS["not buckled"]
-    dense, plant = both(matrices, monkeypatch)
-    design = sos.analyse_pid(plant.reduce(modes=modes), np.zeros((1, 2 * modes)))
+    dense, _ = both(matrices, monkeypatch)
+    design = sos.analyse_pid(dense.reduce(modes=modes), np.zeros((1, 2 * modes)))
 
     def stopped(*_, **__):
         raise clock.OutOfTime
 
-    monkeypatch.setattr("sosbook.synthesis.reduced_model.found_on", stopped)
-    words = str(design.certify(on=plant, time_limit=9.0))
-    assert "stopped after 9 s" in words and "too large for LMIs" in words
-    monkeypatch.undo()
     monkeypatch.setattr("sosbook.synthesis.reduced_model.prove", stopped)
     words = str(design.certify(on=dense, time_limit=9.0))
     assert "stopped after 9 s" in words and "a P is found" in words

@@ -60,7 +60,8 @@ def test_spillover_by_a_sensor_is_seen(unit, kind, monkeypatch):
     assert not found.kept and found.pole.real > 0 and found.of == 2 * whole.n + 1
     assert abs(truth - found.pole).min() < 1e-7 * abs(found.pole)
     refused = design.certify(on=whole)
-    assert not refused.proven and "analyse_pid(whole, K, law=law" in str(refused)
+    cure = "check_on" if sp.issparse(whole.M) else "analyse_pid(whole, K, law=law"
+    assert not refused.proven and cure in str(refused)
     bare = sos.analyse_pid(part, K, law=sos.PIDLaw(position=few[:, :6], filter=1e-4))
     for ask in (lambda: bare.check_on(whole), lambda: bare.certify(on=whole)):
         with pytest.raises(ValueError, match=r"law=part\.reduction\.law\(law\)"):

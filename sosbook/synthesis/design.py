@@ -159,7 +159,8 @@ class Design(ClosedLoop["DesignProof"], Solution):
             the poles is proven of the whole under the lifted gain; the proof's K is
             that one, rounded. What else was asked is about the part's coordinates:
             a warning says how to ask it of the whole. Of a design for another plant of
-            the same size all is proven.
+            the same size all is proven. Of a plant in sparse matrices nothing is, and
+            the answer says so at once: `check_on` looks for its poles.
 
         Examples
         --------
@@ -185,7 +186,9 @@ class Design(ClosedLoop["DesignProof"], Solution):
 
         return proven_within(time_limit, lambda: proven_on(self, on, digits), progress)
 
-    def check_on(self, whole: Any, time_limit: float = 60.0) -> "Found":
+    def check_on(
+        self, whole: Any, time_limit: float = 60.0, progress: bool = False
+    ) -> "Found":
         """The worst pole that floats find of a larger plant under this gain.
 
         Parameters
@@ -197,6 +200,8 @@ class Design(ClosedLoop["DesignProof"], Solution):
         time_limit : float
             Seconds after which the search of a sparse plant ends with what it has
             found. It ends at the first pole that breaks what is asked, too.
+        progress : bool
+            Show a bar of the places at which poles of a sparse plant were sought.
 
         Returns
         -------
@@ -226,7 +231,7 @@ class Design(ClosedLoop["DesignProof"], Solution):
         from .found import found_on
 
         with limit_of_time(time_limit):
-            return found_on(self, whole)
+            return found_on(self, whole, progress)
 
     def _prove(self, digits: int | None) -> "DesignProof":
         if self.parts:

@@ -9,6 +9,7 @@ from ..laws.full_state import FullState
 from ..plants.descriptor_system import OF_TICKS, DescriptorSystem
 from ..plants.reduction import NO_BASIS
 from ..plants.second_order import SecondOrderSystem
+from ..runtime.progress import each
 from ..runtime.read_only import ReadOnly
 from ..runtime.sparse import issparse
 from ..runtime.time_limit import OutOfTime
@@ -119,14 +120,14 @@ def _bare(plant):
     return known.bare if known else plant
 
 
-def found_on(design, whole):
+def found_on(design, whole, progress=False):
     """The `Found` poles of a ``whole`` plant or polytope under a ``design``'s gain; of
     several plants those of the worst.
     """
     worst, plants = None, _plants(whole)
     for k, one in enumerate(plants):
         try:
-            found = _found(design, one)
+            found = _found(design, one, progress)
         except OutOfTime:
             if worst is None:
                 raise
@@ -151,10 +152,10 @@ def _plants(whole):
     return list(whole.vertices)
 
 
-def _found(design, whole):
+def _found(design, whole, progress):
     design._of_time("check_on")
     search = _Search(design, _pencil(design, whole))
-    search.run()
+    search.run(progress)
     if not search.refined:
         raise ArithmeticError("no pole of the whole could be refined")
     return search.found(search.pencil.order)
@@ -174,13 +175,15 @@ class _Search:
         self.right: int | None = None
         self.stopped = ""
 
-    def run(self):
+    def run(self, progress):
         """Find what can be found, until time is over or something is broken."""
         sparse = issparse(self.pencil.S)
         seen = [] if sparse else self.pencil.everywhere()
         done, places = 0, self._places() if sparse else []
         try:
-            for done, (place, count) in enumerate(places):
+            for done, (place, count) in enumerate(
+                each(places, "place", progress and sparse)
+            ):
                 new = self.pencil.near(place, count)
                 for s, _, doubt in new:
                     if doubt is not None:
