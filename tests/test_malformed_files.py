@@ -180,10 +180,9 @@ def test_no_field_is_read_by_nobody(name):
     """What can be changed without another word, line or number isn't in a file."""
     whole, unread = base(name), set()
     before = written_for(whole)
-    for path, value in places(whole):
-        for other in others(value):
-            if other == value:
-                continue
+    for turn, (path, value) in enumerate(places(whole)):
+        some = [x for x in others(value) if x != value]
+        for other in [*some, *some][turn % (len(some) or 1) :][:2]:  # by turns
             try:
                 if written_for(put(whole, path, other)) == before:
                     unread.add(".".join(x for x in path if isinstance(x, str)))
