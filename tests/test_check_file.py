@@ -3,7 +3,7 @@
 import copy
 import json
 import re
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +17,7 @@ from tests.asking import asking
 from tests.elements import write_page
 from tests.hunt.tampering import tampered
 
+NAMES = ["z1", "z2", "z1'", "z2'"]
 PAGE = Path(__file__).parents[1] / "book" / "api" / "proof_files.md"
 ONE = sos.SecondOrderSystem(
     [[1, 0.2], [0, 2]], [[0.3, -0.1], [-0.1, 0.2]], [[9.81, -1], [-1, 2]],
@@ -59,6 +60,69 @@ def said(tab, name, text):
     return words.inner_text()
 
 
+def spoiled(name):
+    """What writes each changed file of a proof: of its text, or of what it asks."""
+    whole_file = json.loads(proof(name).text)
+    asked = verdict.asked_of(whole_file)
+    made = [partial(spread, x) for _, x in tampered(whole_file)]
+    made += [partial(anew, x) for _, x in tampered(asked)]
+    for form in range(len(asked["requirements"])):
+        for key in ("name", "form", "kind", "alpha", "beta"):
+            other = copy.deepcopy(asked)
+            other["requirements"][form][key] = "constructor"
+            made.append(partial(spread, whole_file | {"asks": other}))
+    return made
+
+
+def clocked():
+    """Files of loops with a clock: without names, with them, with wrong ones."""
+    made = sos.sampled.SampledSystem
+    yield sos.certify_sampled(ONE, np.zeros((1, 4)), T=0.1).text
+    one = made([], [], [], [[-1, 0, -1, 0]], 0.1, inputs=NAMES, outputs=["u"])
+    named = sos.certify_sampled(ONE, one, T=0.1).text
+    yield named
+    yield named.replace('"z2"', '"speed"')
+    for other in ('"outputs":["u1"]', '"other":["u"]'):
+        yield named.replace('"outputs":["u"]', other)
+
+
+def others_with_a_clock():
+    """Of two inputs, of an integral, of a plant of first order; right and wrong."""
+    made, law = sos.sampled.SampledSystem, [[-1, 0, -1, 0, -0.1], [0, -1, 0, -1, 0]]
+    two = sos.SecondOrderSystem(np.eye(2), np.eye(2), [[3, -1], [-1, 2]], np.eye(2))
+    for U, D in (([[1, 0]], law), (None, [row[:4] for row in law])):
+        called = dict(inputs=[*NAMES, "integral of z1"][: len(D[0])])
+        K = made([], [], [], D, 0.1, **called, outputs=["u1", "u2"])
+        text = sos.certify_sampled(two, K, T=0.1, U=U).text
+        yield text
+        for old, new in (("u2", "u3"), ("integral of z1", "z3"), ("z1'", "z1")):
+            yield text.replace(f'"{old}"', f'"{new}"')
+    first = sos.DescriptorSystem(np.diag([1, 2]), [[-1, 0.2], [0, -1]], [[1], [0]])
+    K = made([], [], [], [[-0.5, 0]], 0.1, inputs=["x1", "x2"], outputs=["u"])
+    text = sos.certify_sampled(first, K, T=0.1).text
+    yield from (text, text.replace('"x2"', '"x3"'), text.replace('["u"]', '["u1"]'))
+
+
+def odd_angles():
+    """Half-angles of sectors that are none; some never ended."""
+    for odd in ('"x"', '"7"', '"1.6"', '"0"', '"1e999"', "0", '"-1"', "[]"):
+        yield re.sub(r'"theta.2":"[^"]*"', f'"theta.2":{odd}', proof("places").text)
+
+
+def of_no_page():
+    """Files of designs that ask for what no page asks."""
+    for more in (
+        dict(saturation=sos.Saturation(9, [[1, 0, 0, 0]])),
+        dict(saturation=sos.Saturation([9], [1, 0, 0, 0])),
+        dict(gamma=sos.HInfinity(9.0, outputs=sos.Output(velocity=[[1, 0]]))),
+    ):
+        yield sos.design_pid(ONE, **more).certify().text
+
+
+def anew(asked):
+    return spread(asking(asked))
+
+
 def judged(tab, *texts):
     ask = "texts => texts.map(x => sosModules.kernel.judgedFile(x))"
     return tab.page.evaluate(ask, list(texts))
@@ -77,32 +141,26 @@ def test_a_reader_s_file_is_judged_in_plain_words(tab):
     mine = json.dumps(json.loads(good.text) | {"kind": "<b>mine</b>"})
     words = said(tab, "mine.json", mine)
     assert "mine.json: beyond" in words and '"<b>mine</b>" (unknown here)' in words
-    sampled = sos.certify_sampled(ONE, np.zeros((1, 4)), T=0.1).text
+    sampled, named, *others = clocked()
     words = said(tab, "clock.json", sampled)
     assert 'the kind "sampled" (a loop with a clock)' in words
     assert "a tick every 0.1 s, a delay of 0 s" in words and "proven" not in words
-    called = dict(inputs=["z1", "z2", "z1'", "z2'"], outputs=["u"])
-    law = sos.sampled.SampledSystem([], [], [], [[-1, 0, -1, 0]], 0.1, **called)
-    named = sos.certify_sampled(ONE, law, T=0.1).text
-    assert "K makes u of z1, z2, z1', z2'" in said(tab, "named.json", named)
-    given = '"outputs":["u"]'
-    for k, forged in enumerate((
-        named.replace('"z2"', '"speed"'),
-        named.replace(given, '"outputs":["u1"]'),
-        named.replace(given, '"other":["u"]'),
-    )):  # fmt: skip
+    words = said(tab, "named.json", named)
+    assert "K makes u of z1, z2, z1', z2'" in words
+    for k, forged in enumerate(others):
         words = said(tab, f"forged{k}.json", forged)
         assert "refused" in words and "K.inputs and K.outputs" in words
-    for more in (
-        dict(saturation=sos.Saturation(9, [[1, 0, 0, 0]])),
-        dict(saturation=sos.Saturation([9], [1, 0, 0, 0])),
-        dict(gamma=sos.HInfinity(9.0, outputs=sos.Output(velocity=[[1, 0]]))),
-    ):
-        other = sos.design_pid(ONE, **more).certify().text
+    for other in of_no_page():
         assert judged(tab, other)[0]["status"] == "beyond"
-    for odd in ('"x"', '"7"', '"1e999"', "0", '"-1"', "[]"):  # some never ended
-        text = re.sub(r'"theta.2":"[^"]*"', f'"theta.2":{odd}', proof("places").text)
+    for text in odd_angles():
         assert judged(tab, text)[0]["status"] == "refused"
+    for text in others_with_a_clock():
+        (answer,) = judged(tab, text)
+        try:
+            true = bool(verdict.check(text))
+        except (verdict.Refused, *verdict.MALFORMED):
+            true = False
+        assert answer["status"] == ("beyond" if true else "refused"), text
     for k, text in enumerate(("{", "[]", "null", '{"format": "sosbook proof"}', "")):
         assert f"odd{k}.json: odd. This is no proof file" in said(
             tab, f"odd{k}.json", text
@@ -132,19 +190,10 @@ def test_the_file_that_was_chosen_last_counts(visit, tmp_path, tag, place):
 @pytest.mark.parametrize("name", ASKED)
 def test_the_page_says_what_the_checker_says(tab, name):
     """Of changed requests, written anew or not, it proves none that isn't proven."""
-    good, rng = proof(name), np.random.default_rng(7)
-    whole_file = json.loads(good.text)
-    asked = verdict.asked_of(whole_file)
+    good, every = proof(name), spoiled(name)
+    pick = np.random.default_rng(7).permutation(len(every))[:30]
     files = [good.text, good.text.replace("\n", "\n ")]
-    changed = [x for _, x in tampered(whole_file)]
-    changed += [asking(x) for _, x in tampered(asked)]
-    for form, r in enumerate(asked["requirements"]):
-        for key in ("name", "form", "kind", "alpha", "beta"):
-            other = copy.deepcopy(asked)
-            other["requirements"][form][key] = "constructor"
-            changed.append(whole_file | {"asks": other} if key in r else whole_file)
-    pick = rng.permutation(len(changed))[:30]
-    files += [spread(changed[k]) for k in pick]
+    files += [every[k]() for k in pick]
     answers, proofs = judged(tab, *files), 0
     for text, answer in zip(files, answers):
         try:

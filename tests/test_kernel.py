@@ -1,5 +1,6 @@
 """The kernel of proofs alone, against numpy, differences and eigenvalues."""
 
+import hashlib
 import json
 import shutil
 import sys
@@ -12,8 +13,14 @@ from scipy.linalg import block_diag
 
 from sosbook.exact.checker import kernel
 from sosbook.exact.checker.arithmetic import read
+from sosbook.exact.rational import decimal
+from sosbook.requirements.pole_region import LMIRegion
 from tests.cases import seeds
+from tests.mutants import page, page_inputs
+from tests.mutants.page_inputs import TEXTS, calls
 from tests.processes import alone, process
+
+CALLS = [*calls()]
 
 RNG = np.random.default_rng(8)
 DATA = {
@@ -268,3 +275,69 @@ def test_the_page_reads_no_hidden_unknown_either(tmp_path):
     said = dict(zip(texts, done.stdout.split(), strict=True))
     reads = {text for text, word in said.items() if word == "read"}
     assert reads == {*texts[-3:], "b: Y == 0\na: -1 > 0"}, done.stderr
+
+
+@pytest.fixture(scope="module")
+def page_says():
+    """What the page's reader says of small texts, and of single functions."""
+    asked = [["text", [x, page_inputs.SETS, page_inputs.DATA]] for x in TEXTS]
+    judge = page.Judge(page.body()[0], {}, [*asked, *(["call", x] for x in CALLS)])
+    judge.close()
+    return judge.answers[: len(TEXTS)], judge.answers[len(TEXTS) :]
+
+
+def test_small_texts_are_decided_by_the_page_s_reader_as_by_the_checker(page_says):
+    """Every second one is true: of each operation, of shapes that fit and don't."""
+    for k, (text, said) in enumerate(zip(TEXTS, page_says[0], strict=True)):
+        try:
+            found = bool(kernel.check(page_inputs.whole(text)))
+        except (kernel.Refused, *kernel.MALFORMED):
+            found = False
+        skew, failed = json.loads(said) if said != "an error" else ([], [text])
+        theirs = not failed and ("==" in text or not skew)
+        assert found == theirs == (k % 2 == 0), (text, said)
+
+
+def exact(x):
+    """A matrix of the page's arithmetic, in numpy."""
+    at = [int(e.rstrip("n")) for e in x["at"]]
+    return np.array(at).reshape(x["rows"], x["cols"]) / 10.0 ** x["places"]
+
+
+TRUE = {  # what single functions of the page answer
+    "decimal": decimal,
+    "sha256": lambda x: hashlib.sha256(x.encode()).hexdigest(),
+    "twiceAtLeast": lambda x: LMIRegion.half_plane(x).alpha.item(),
+    "signOfDeterminant": lambda at, n: round(
+        np.sign(round(np.linalg.det(np.reshape([int(x[:-1]) for x in at], (n, n)))))
+    ),
+    "definite": lambda x: bool(
+        (exact(x) == exact(x).T).all() and np.linalg.eigvalsh(exact(x))[0] > 1e-9
+    ),
+    "exactTimes": lambda x, y: exact(x) @ exact(y),
+    "exactSum": lambda x, y: exact(x) + exact(y),
+    "exactInner": lambda x, y: [[(exact(x) * exact(y)).sum()]],
+    "exactScaled": lambda s, x: exact(s) * exact(x),
+    "exactTransposed": lambda x: exact(x).T,
+}
+
+
+def test_single_functions_of_the_page_s_reader_are_true(page_says):
+    tried = set()
+    for (name, *given), said in zip(CALLS, page_says[1], strict=True):
+        if name in TRUE:
+            tried.add(name)
+            said, true = json.loads(said), TRUE[name](*given)
+            said = exact(said) if isinstance(said, dict) else said
+            assert np.allclose(said, true) if name.startswith("exact") else said == true
+        if name in ("staysDefinite", "excludes") and said == "true":
+            Z = (
+                given[1] if name == "excludes" else [given[1]]
+            )  # others may be true, too
+            assert all(np.linalg.eigvalsh(exact(x))[0] > 0 for x in Z)
+            if name == "excludes":
+                constants = (x["constant"] for x in given[0])
+                sums = [(exact(x) * exact(z)).sum() for x, z in zip(constants, Z)]
+                assert sum(sums) < 1e-9
+            tried.add(name)
+    assert tried == {*TRUE, "staysDefinite", "excludes"}

@@ -6,11 +6,14 @@ from itertools import count
 
 import pytest
 
+from sosbook.book.elements.scripts import script
 from sosbook.exact.checker import CHECKER
 from tests.forged import base
 from tests.mutants import __main__ as command
+from tests.mutants import page
 from tests.mutants.changes import mutants
 from tests.mutants.judge import Checker, Inputs
+from tests.mutants.lists import WHY, listed
 from tests.test_every_need import text
 
 SOURCE = '''
@@ -66,8 +69,8 @@ def test_a_change_that_ends_the_program_is_noticed():
 
 
 def test_the_survivors_without_a_word_may_only_become_fewer():
-    why = [*command.survivors().values()]
-    assert {x.partition(":")[0] for x in why} <= command.WHY - {""}
+    why = [*listed(command.LIST).values(), *listed(page.LIST).values()]
+    assert {x.partition(":")[0] for x in why} <= WHY - {""}
 
 
 def test_an_input_is_asked_where_it_enters_the_changed_line():
@@ -129,3 +132,46 @@ def test_what_was_never_asked_is_no_survivor_that_the_list_lacks(
     assert "SURVIVES: f0 lives" in said and "NOTICED NOW" in said and "f2 dies" in said
     assert three("--write") == three() == 0
     assert "f1 lives  # words" in found.read_text("utf-8").splitlines()
+
+
+def test_each_sign_and_number_of_a_page_s_script_is_changed_and_no_words():
+    """Of what stands in templates, too; not of words, comments and expressions."""
+    text = r"""const f = x => `a - ${x - 1} 1` + (x < 2n ? -x : !y); // 3 - 4
+      /a-1/.test("1 - 2") || odd("1"); s.every(g) / 2; throw new Error("-");"""
+    found = [(text[a:b], other) for a, b, other in page.changes(text)]
+    assert found == [
+        *(("-", "+"), ("1", "2"), ("+", "-"), ("<", "<="), ("2n", "3n"), ("-", " ")),
+        *(("!", " "), ("||", "&&"), ("odd", "(() => null)"), ("every", "some")),
+        *(("2", "3"), ("throw", "void")),
+    ]
+
+
+def test_a_page_s_reader_is_changed_as_pages_have_it():
+    """To the letter, but for its data; each change is in a module that decides."""
+    text, places = page.body()
+    whole = script("kernel")
+    parts = {x: page.plain(text[a:b]).strip() for x, (a, b) in places.items()}
+    assert all(part in whole for x, part in parts.items() if x != "text")
+    _, every = page.mutants()
+    assert {x.split()[0] for x in every} == {*page.DECIDE}
+    for line, (owner, begin, end, _) in every.items():
+        first, last = places[owner.split()[0]]
+        assert first <= begin < end <= last and f": {text[begin:end]} -> " in line
+
+
+def test_a_change_of_the_page_s_reader_is_noticed_or_survives():
+    source = page.COUNTER + page.counted("""return {counter, coupledPairs: n => {
+      for (let k = 0; k < n; k += 1) if (k > 8) return "many"; return "few"; }};""")
+    at = {x: (x, source.index(x), source.index(x) + len(x)) for x in ("> 8", "+= 1")}
+    at["1"] = "1", at["+= 1"][1] + 3, at["+= 1"][2]
+    judge = page.Judge(source, at, [["pairs", 3], ["pairs", 20]])
+    assert judge.answers == ['"few"', '"many"']
+    assert judge.survives(*at["> 8"], ">= 8") == 2
+    assert judge.survives(*at["> 8"], "> 30") == -1
+    _, begin, end = at["+= 1"]  # a number isn't added to a large integer
+    assert judge.survives("n", begin, end, "+= 1") == 2
+    assert judge.survives("n", begin + 3, end, "1n") == -1
+    assert judge.survives(*at["> 8"], "> > 8") == -1
+    assert judge.survives(*at["+= 1"], "+= 0") == -1  # it has no end
+    assert judge.survives(*at["> 8"], ">= 8") == 2
+    judge.close()

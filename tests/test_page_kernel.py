@@ -53,12 +53,16 @@ def polytopes():
         if name == "a mass that is zero":
             continue
         plant = box(changes)
-        for corners in (plant.vertices, plant.vertices[1:], plant.vertices[::-1]):
+        all_ = plant.vertices
+        for corners in (all_, all_[1:], all_[:-1], all_[::-1]):
             if corners:
                 yield dict(plant=sos.Polytope(corners))
         for size in (0.3, 0.1):
             K_A = (size * rng.standard_normal((2, 2))).round(2)
             yield dict(plant=plant, K_A=K_A)
+    masses = (np.diag([x, 1.0]) for x in (1, 2, -1.5))  # none is singular
+    yield dict(plant=sos.Polytope([sos.SecondOrderSystem(M, *[np.eye(2)] * 3)
+                                   for M in masses]))  # fmt: skip
     third = 1 / 3  # 1 - 1/3 and 2 - 4/3 are the same float
     alike = [sos.SecondOrderSystem(k * np.eye(2), np.eye(2), np.eye(2), b * np.eye(2))
              for k, b in ((1, 1), (2, 4))]  # fmt: skip

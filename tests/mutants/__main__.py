@@ -3,6 +3,7 @@
     python3 tasks.py mutants                   all changes, some forty minutes
     python3 tasks.py mutants --seconds 600     as many functions as fit
     python3 tasks.py mutants --write --again   go on where the last run ended
+    python3 tasks.py mutants page --help       the same of the page's reader
 
 A change exchanges a comparison, a sign, "and" with "or", a constant or a digit of a
 theorem's text, or leaves a `need` out. The tests of the checker run first, and what
@@ -28,19 +29,23 @@ from pathlib import Path
 import pytest
 
 from sosbook.exact.checker import CHECKER, MODULES
+from tests.mutants import page
 from tests.mutants.changes import mutants
 from tests.mutants.judge import FILES, Inputs, Recorder, recorded
+from tests.mutants.lists import keep, listed
 
 ROOT = Path(__file__).resolve().parents[2]
 KEPT = ROOT / "_build" / "mutants.json"
 LIST, ASKED = (Path(__file__).with_name(f"{x}.txt") for x in ("survivors", "asked"))
 SECONDS = 6.0  # for one change
 SURVIVES, NOT_ASKED = 1, 3
-WHY = {"", "equal", "stricter", "words", "limit", "tested"}
 
 
 def main(words=None):
     """What survives, and whether that is what is listed."""
+    words = sys.argv[1:] if words is None else words
+    if words[:1] == ["page"]:
+        return page.main(words[1:])
     parser = argparse.ArgumentParser(
         prog="tasks.py mutants",
         description=__doc__,
@@ -99,18 +104,12 @@ def functions():
     }
 
 
-def survivors():
-    """Why each change that is listed may survive, in one of the words `WHY`."""
-    lines = LIST.read_text("utf-8").splitlines() if LIST.is_file() else ()
-    return {line: why for line, _, why in (x.partition("  # ") for x in lines)}
-
-
 class Lists:
     """What the two files hold, and what a run finds beside it."""
 
     def __init__(self, every):
         self.every = every
-        self.why = survivors()
+        self.why = listed(LIST)
         self.listed = set(self.why)
         self.asked = (
             {*ASKED.read_text("utf-8").splitlines()} if ASKED.is_file() else set()
@@ -133,10 +132,8 @@ class Lists:
         """Keep both lists; what is noticed or isn't a change any more leaves them."""
         changes = {line for several in self.every.values() for line in several}
         survive = ((self.listed & changes) - {*self.noticed}) | self.fresh
-        words = {line: self.why.get(line, "") for line in survive}
-        survive = {line + f"  # {why}" * bool(why) for line, why in words.items()}
-        for path, lines in ((LIST, survive), (ASKED, self.asked | self.done)):
-            path.write_text("\n".join(sorted(lines)) + "\n", "utf-8")
+        keep(LIST, {line: self.why.get(line, "") for line in survive})
+        ASKED.write_text("\n".join(sorted(self.asked | self.done)) + "\n", "utf-8")
 
 
 def record(names):

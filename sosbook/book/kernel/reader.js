@@ -145,21 +145,20 @@ export class Reader extends Arithmetic {
     e.forEach((row, i) => row.forEach((x, j) => {
       if (!x) row[j] = j < i && e[j]?.[i] ? this.mirrored(e[j][i]) : odd("a mirror image of nothing");
     }));
-    const high = Array(n).fill(0), wide = Array(m).fill(0);
-    const tell =
-      (list, k, size) => { list[k] = list[k] && list[k] !== size ? odd("blocks that don't fit") : size; };
+    const high = Array(n).fill(null), wide = Array(m).fill(null);  // a block may have no rows
+    const tell = (list, k, size) => {
+      if ((list[k] ??= size) !== size) odd("blocks that don't fit");
+    };
     e.forEach((row, i) => row.forEach(({X}, j) => {
       if (!X.scalar) tell(high, i, X.rows), tell(wide, j, X.cols);
     }));
     for (let k = 0; k < n + m; k++)
       e.forEach((row, i) => row.forEach(({X}, j) => {
-        if (X.scalar && !zero[i][j] && (high[i] || wide[j])) {
-          const size = high[i] || wide[j];
-          tell(high, i, size), tell(wide, j, size);
-        }
+        const size = high[i] ?? wide[j];
+        if (X.scalar && !zero[i][j] && size !== null) tell(high, i, size), tell(wide, j, size);
       }));
     let top = 0;
-    const h = high.map(x => x || 1), w = wide.map(x => x || 1), q = w.reduce((a, b) => a + b, 0);
+    const h = high.map(x => x ?? 1), w = wide.map(x => x ?? 1), q = w.reduce((a, b) => a + b, 0);
     const height = h.reduce((a, b) => a + b, 0), total = this.zeros(height, q), terms = [];
     e.forEach((row, i) => {
       let left = 0;

@@ -33,10 +33,15 @@ export function refusalOf(request, frame, blocks, floats) {
   const P = symmetricSlope(others, repaired.filter((_, k) => k !== place), unknowns.P.rows);
   repaired[place] = EXACT.scaled(-1, P);
   const scales = list.map((_, k) => k === place ? scale * D : scale);
-  const value =
-    list.reduce((sum, {constant}, k) => exactSum(sum, exactInner(constant, repaired[k])), exactScalar(0));
-  if (value.at[0] > 0n || !repaired.every((far, k) => staysDefinite(Z[k], far, scales[k]))) return null;
+  if (!excludes(list, repaired, Z, scales)) return null;
   return {file, keys, list, Z: repaired, scales};
+}
+
+// Whether multipliers that cancel all variables exclude the blocks: each is positive definite, as
+// the decimals near it say, and the constants' sum isn't positive.
+export function excludes(list, Z, near, scales) {
+  const sum = list.reduce((sum, {constant}, k) => exactSum(sum, exactInner(constant, Z[k])), exactScalar(0));
+  return sum.at[0] <= 0n && Z.every((far, k) => staysDefinite(near[k], far, scales[k]));
 }
 
 // The blocks of a file's text and its unknowns; all are multiplied by D, so that they are whole.
@@ -212,7 +217,7 @@ function solvedExactly(columns, right) {
 // Whether far / scale is positive definite because the decimals near it are: with the sum
 // c_i over j of |far / scale - near|_ij w_j / w_i, near - diag(c) > 0 implies it
 // (Gershgorin, after a diagonal scaling by any w > 0).
-function staysDefinite(near, far, scale) {
+export function staysDefinite(near, far, scale) {
   const n = near.rows, places = near.places + 3, lowered = atPlaces(near, places).at.slice();
   const w = Array.from({length: n},
     (_, i) => Math.round(Math.log10(Math.abs(nearly({...near, at: [near.at[i * n + i]]})) || 1) / -2));
