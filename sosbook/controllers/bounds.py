@@ -16,9 +16,11 @@ from ..exact.rational import exact
 from ..runtime.time_limit import OutOfTime, check_time
 from ..sampled.balls import balls, middle
 from ..sampled.cover import cover
+from ..sampled.lyapunov import discrete_lyapunov
 from ..sampled.proof_file import _leaves
 from ..sampled.timing import TimeBox
 from .cells import Joined, work
+from .modes import by_modes
 from .signals import known_index
 from .tube import SAFE, Tube
 
@@ -124,10 +126,15 @@ def proven_decay(c):
     if not c.radius < 1:
         return None
     family = Joined(c, c.B[:, :0], c.D[:, :0]).family
-    for share, budget in RATES:
-        rho = float(f"{max(c.radius, LEAST) ** share:.6g}")
+    clocks = TimeBox.of(c.T, c.delay)
+    several = [(float(f"{max(c.radius, LEAST) ** x:.6g}"), n) for x, n in RATES]
+    sizes = _moved(c.loops[0])
+    for rho, budget in several:
+        if rho < 1 and (leaves := by_modes(family, clocks, rho, budget, sizes)):
+            return rho, leaves
+    for rho, budget in several:
         if rho < 1:
-            tree, _ = cover(family, TimeBox.of(c.T, c.delay), rho, budget)
+            tree, _ = cover(family, clocks, rho, budget)
             if tree is not None:
                 leaves = _leaves(tree, family.shape)
                 return rho, [
@@ -135,6 +142,15 @@ def proven_decay(c):
                     for w, L, _, P, _ in leaves
                 ]
     return None
+
+
+def _moved(loop):
+    """(N,) sizes of a ``loop``'s states after impulses of set points and noise."""
+    push = np.hstack([loop.set_point, loop.noise])
+    found = np.sqrt(np.diag(discrete_lyapunov(loop.F.T, push @ push.T)))
+    return (
+        np.where(found > 0, found, 1.0) if np.isfinite(found).all() else 0 * found + 1
+    )
 
 
 def _each(P, count, N):

@@ -1,0 +1,150 @@
+"""Loops that hardly fall: a satellite with a panel, and norms of modes of families."""
+
+import shutil
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+import sosbook as sos
+from sosbook.controllers import CompiledCode
+from sosbook.controllers.bounds import proven_decay
+from sosbook.controllers.cells import Joined, work
+from sosbook.controllers.modes import by_modes
+from sosbook.exact.rational import exact
+from sosbook.sampled.timing import TimeBox
+from tests.cases import campaign
+
+ARM = 0.3 * 9.81  # how the panel turns with the satellite
+INERTIAS, SPRINGS = (65.7, 118.3), (2.943, 3.5)
+
+
+def satellite(J, k):
+    return sos.SecondOrderSystem(
+        [[J, ARM], [ARM, 1]], [[0, 0], [0, 0.015]], [[0, 0], [0, k]], [[1], [0]],
+        coordinates=["angle", "panel"],
+    )  # fmt: skip
+
+
+def slow():
+    """A satellite whose gains are small: its slowest mode falls by 1 % in a second."""
+    gains = {"K_P": [[-0.0483]], "K_D": [[-2.43]], "K_I": [[-0.00029]]}
+    law = sos.PIDLaw(position=[[1, 0]], integrate=True, filter=0.5)
+    family = sos.Uncertain(lambda J: satellite(J, 2.943), J=INERTIAS)
+    return sos.analyse_pid(family, gains, law=law).controller(T=0.1, delay=0.1)
+
+
+def observed():
+    """Two parameters, and an observer of the angle."""
+    family = sos.Uncertain(satellite, J=INERTIAS, k=SPRINGS)
+    K = [[-0.0193, 0.23, -2.19, 8.38, -5.6e-5]]
+    design = sos.analyse_pid(family, K, U=[[1, 0]])
+    return design.controller(["angle"], T=0.1, delay=0.1)
+
+
+@pytest.mark.parametrize("make", [slow, *campaign([observed])])
+def test_few_cells_hold_a_family_whose_loops_hardly_fall(make):
+    """An LMI of each cell took 42 of them and 15 s, or was undecided."""
+    c = make()
+    rho, leaves = proven_decay(c)
+    assert c.radius < rho < 1 and len(leaves) <= (4 if make is slow else 40)
+    rng = np.random.default_rng(5)
+
+    @work
+    def worst(leaf):
+        """The least of rho^2 P - F'P F in units of P at plants of a cell: my own P."""
+        weights, L, P = (x.astype(float) for x in leaf)
+        family, least = Joined(c, c.B[:, :0], c.D[:, :0]).family, np.inf
+        for _ in range(6):
+            share = rng.dirichlet(np.ones(len(weights)))
+            if family.shape.axes:  # a box: the product of two ways
+                s, t = rng.uniform(size=2)
+                share = np.array([(1 - s) * (1 - t), (1 - s) * t, s * (1 - t), s * t])
+            E, both = family.shape.mixed(exact(share) @ leaf[0])
+            n, T = len(E), float(c.T)
+            whole = np.zeros((both.shape[1],) * 2)
+            whole[:n] = np.linalg.solve(E.astype(float), both.astype(float))
+            flow = expm(whole * T)[:n]
+            rows, l = c.readings.rows, c.order
+            m = len(c.C)
+            F = np.zeros((n + m + l,) * 2)
+            F[:n, : n + m] = flow
+            F[n : n + m, :n], F[n : n + m, n + m :] = c.D @ rows, c.C
+            F[n + m :, :n], F[n + m :, n + m :] = c.B @ rows, c.A
+            norm = L.T @ np.tensordot(share, P, 1) @ L
+            root = np.linalg.inv(np.linalg.cholesky(norm))
+            left = root @ (rho**2 * norm - F.T @ norm @ F) @ root.T
+            least = min(least, np.linalg.eigvalsh(left)[0])
+        return least
+
+    assert min(map(worst, leaves)) > 0
+
+
+def test_what_does_not_fall_by_a_rate_is_not_proven():
+    c = slow()
+
+    @work
+    def found(rho):
+        family = Joined(c, c.B[:, :0], c.D[:, :0]).family
+        sizes = np.ones(len(c.loops[0].F))
+        return by_modes(family, TimeBox.of(c.T, c.delay), rho, 40, sizes)
+
+    assert found(c.radius * (1 - 1e-6)) is None
+    assert found(1.0) is not None
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
+def test_a_satellite_goes_from_what_is_asked_to_a_program_that_moves_it():
+    """A panel that rings for minutes, a sensor alone, friction and the limit of u."""
+    most, way, T = 0.3, np.radians(30), 0.1
+    family = sos.Uncertain(lambda J: satellite(J, 2.943), J=INERTIAS)
+    law = sos.PIDLaw(
+        position=[[1, 0]], integrate=True, filter=0.5,
+        limits={"K_P": 30, "K_D": 150, "K_I": 3},
+    )  # fmt: skip
+    design = sos.design_pid(family, law=law, region=sos.PoleRegion(sigma=0.03))
+    c = design.controller(T=T, delay=T).limit(most).watch(stall=1e3)
+    move = c.motions.move(way, most)
+    assert move.effort[0].proven <= most
+    assert move.duration < 1.4 * 2 * np.sqrt(way * INERTIAS[1] / most)  # by bangs
+    soft = c.bounds.weights(0.05, most, size=0.01)
+    step = soft.bounds.step_response(0.01)
+    assert step.overshoot.proven <= 0.05
+    r = move.profile.points(way)
+    moving, stepping = [*r, *[way] * 3000], [0.01] * 3000
+    for J in np.linspace(*INERTIAS, 4):
+        for made, goals, rubs in (
+            (c, moving, 0.0), (c, moving, 0.004), (soft, stepping, 0.0)
+        ):  # fmt: skip
+            angle, u = ran(made, satellite(J, 2.943), goals, rubs)
+            assert abs(u).max() <= most
+            if made is soft:
+                assert angle.max() <= 0.01 * (1 + step.overshoot.proven)
+                assert abs(angle[-1] - 0.01) < 2e-4
+            elif not rubs:
+                assert abs(u).max() <= move.effort[0].proven
+                assert abs(angle - goals).max() <= move.error.proven
+                late = int(np.ceil(move.arrival.proven / T)) + 1
+                assert max(abs(angle[late:] - way)) <= 0.02 * way
+            else:
+                assert abs(angle[-1] - way) < 0.02 * way
+
+
+def ran(c, plant, goals, rubs):
+    """(angle, u) at the ticks of my own plant, a tick late, with a friction."""
+    program, parts = CompiledCode(c, runs=1), 20
+    n, h = plant.n, float(c.T) / parts
+    whole = np.zeros((2 * n + 1,) * 2)
+    whole[:n, n : 2 * n] = np.eye(n)
+    push = np.hstack([-plant.S, -plant.D, plant.B])
+    whole[n : 2 * n] = np.linalg.solve(plant.M, push)
+    flow, x, now, found = expm(whole * h)[: 2 * n], np.zeros(2 * n), 0.0, []
+    program.start(x[None, :1])
+    for goal in goals:
+        u = program.step(x[None, :1], [goal])[0][0]
+        found.append((x[0], u))
+        for _ in range(parts):
+            x = flow @ [*x, now - rubs * np.tanh(x[n] / 1e-5)]
+        now = u
+    assert not program.fault.any()
+    return np.array(found, float).T
