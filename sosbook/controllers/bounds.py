@@ -127,20 +127,20 @@ def proven_decay(c):
         return None
     family = Joined(c, c.B[:, :0], c.D[:, :0]).family
     clocks = TimeBox.of(c.T, c.delay)
-    several = [(float(f"{max(c.radius, LEAST) ** x:.6g}"), n) for x, n in RATES]
     sizes = _moved(c.loops[0])
-    for rho, budget in several:
-        if rho < 1 and (leaves := by_modes(family, clocks, rho, budget, sizes)):
+    for share, budget in RATES:
+        rho = float(f"{max(c.radius, LEAST) ** share:.6g}")
+        if not rho < 1:
+            continue
+        tree, _ = cover(family, clocks, rho, budget)
+        if tree is not None:
+            leaves = _leaves(tree, family.shape)
+            return rho, [
+                (w, exact(L), exact(_each(P, len(w), len(L))))
+                for w, L, _, P, _ in leaves
+            ]
+        if leaves := by_modes(family, clocks, rho, budget, sizes):
             return rho, leaves
-    for rho, budget in several:
-        if rho < 1:
-            tree, _ = cover(family, clocks, rho, budget)
-            if tree is not None:
-                leaves = _leaves(tree, family.shape)
-                return rho, [
-                    (w, exact(L), exact(_each(P, len(w), len(L))))
-                    for w, L, _, P, _ in leaves
-                ]
     return None
 
 
