@@ -107,7 +107,7 @@ def test_every_plant_is_between_at_every_tick(name, masses):
     for j, word in enumerate(
         ["load"] if make is light else signals(make())[: make().n]
     ):
-        found = c.bounds.step_response(9.81, j, word, cells=1 if make is light else 99)
+        found = c.bounds.step_response(9.81, j, word, cells=16 if make is light else 99)
         row = signals(make()).index(word)
         assert outside(c, found, make, np.linspace(*masses, 4), j, row) < 1e-9
         assert 0 <= found.overshoot.proven - found.overshoot.seen < 0.01
