@@ -134,6 +134,7 @@ def calls():
         wide = np.array([10**k for k in range(n)])
         for Q, R in ((Z, Y), (wide[:, None] * Z * wide, wide[:, None] * Y * wide)):
             yield from certain(Q, R)
+    yield "exactZeros", 2, 3
     one, near, far = (whole_numbers([[x]], k) for x, k in ((1, 0), (2, 0), (410000, 5)))
     yield "staysDefinite", near, far, "1n"
     yield "excludes", [{"constant": one}], [one], [one], ["1n"]
