@@ -1,17 +1,20 @@
 """Loops that hardly fall: a satellite with a panel, and norms of modes of families."""
 
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.linalg import expm
+from scipy.linalg import expm, solve_discrete_lyapunov
 
 import sosbook as sos
-from sosbook.controllers import CompiledCode
+from sosbook.controllers import CompiledCode, modes
 from sosbook.controllers.bounds import proven_decay
 from sosbook.controllers.cells import Joined, work
 from sosbook.controllers.modes import by_modes
+from sosbook.exact.definite import round_digits
 from sosbook.exact.rational import exact
+from sosbook.sampled.balls import middle
 from sosbook.sampled.timing import TimeBox
 from tests.cases import campaign
 
@@ -91,6 +94,23 @@ def test_what_does_not_fall_by_a_rate_is_not_proven():
 
     assert found(c.radius * (1 - 1e-6)) is None
     assert found(1.0) is not None
+
+
+@work
+def test_a_norm_is_positive():
+    """Of a mode that grows, rho^2 P - F'P F > 0 where P is negative."""
+    c, slow_pace = slow(), 0.995
+    family, clocks = Joined(c, c.B[:, :0], c.D[:, :0]).family, TimeBox.of(c.T, c.delay)
+    one, sizes = family.shape.whole()[:1], np.ones(len(c.loops[0].F))
+    cell, _ = modes._cell(family, clocks, one, 1.0, sizes)
+    assert modes._least(cell, exact(1.0)) > 0
+    loop = middle(family.loop(one[0], clocks.corners[0]))
+    F = cell.L @ loop @ np.linalg.inv(cell.L)
+    P = solve_discrete_lyapunov(F.T / slow_pace, np.eye(len(F)))
+    assert np.linalg.eigvalsh(slow_pace**2 * P - F.T @ P @ F)[0] > 0
+    assert np.linalg.eigvalsh(P)[0] < 0
+    false = replace(cell, P=np.array([round_digits(P, 17)]))
+    assert not modes._least(false, exact(slow_pace)) > 0
 
 
 @pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")

@@ -103,7 +103,7 @@ def _least(cell, rho):
     one = np.eye(len(cell.L), dtype=int)
     several = [_turned(x, cell.turn) for x in cell.P]
     p = arb(ABOVE * max(np.linalg.eigvalsh(middle(x))[-1] for x in several))
-    pivots = [least_pivot(p * one - x) for x in several]
+    pivots = [least_pivot(x) for y in several for x in (y, p * one - y)]
     less, t = 0 * one, arb(0)
     if W is not None:
         t = arb(float(np.sqrt(max(np.linalg.norm(middle(W), 2), 1e-40))))
