@@ -70,14 +70,10 @@ def polytopes():
 
 
 def test_a_page_s_theorems_are_the_checker_s_texts():
-    """As they are written now; no script of the solver has one of its own, and what an
-    element calls proven is a text that the solver reads: it tries no matrix itself.
-    """
+    """As they are written now; no script of the solver has one of its own."""
     assert texts.stored() == read_text(texts.FILE)
     for path in texts.FILE.parent.glob("*.js"):
         assert not re.search(r"Theta|\bEPE\b|gamma\^2", read_text(path)), path.name
-    for path in (texts.FILE.parent.parent / "elements" / "assets").glob("*.js"):
-        assert not re.search(r"\bdefinite(\(|\b.*\bfrom\b)", read_text(path)), path.name
 
 
 def test_the_page_asks_for_the_package_s_pairs(kernel):

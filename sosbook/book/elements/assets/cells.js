@@ -4,11 +4,10 @@
 //   A Q E' + E Q A' + 2 sigma E Q E' < 0
 // there, inv(E) A Q + Q A' inv(E') + 2 sigma Q < 0 in all of it. `loop(point, ring)` is [E, A].
 import {rounded} from "../../kernel/descriptor.js";
-import {EXACT} from "../../kernel/exact.js";
+import {definite, EXACT} from "../../kernel/exact.js";
 import {corners, unitsOf} from "../../kernel/law.js";
 import {cholesky, FLOATS, identity, mapped, matrix, rowsOf, transposed} from "../../kernel/matrices.js";
 import {lyapunov} from "../../kernel/spectrum.js";
-import {statedAt, unprovenOf} from "../../kernel/written.js";
 
 import {round} from "./kit.js";
 import {combine, eigenvalues, rightmost, solve} from "./linalg.js";
@@ -30,20 +29,13 @@ export function affine(parts, [p, q], {matrix, combined}) {
 /** @type {(loop: any, point: any) => any} */
 export const quotient = (loop, point) => solve(...loop(point, FLOATS).map(rowsOf));
 
-// Loops [E, A], each with itself, of which nothing is measured or moved.
-/** @type {(loops: any, ring: any) => any} */
-const alone = (loops, ring) => [loops.map(([E,
-  A]) => ({E, A, Bu: ring.zeros(E.rows, 1), Bw: ring.zeros(E.rows, 1), C: ring.zeros(1, E.rows)})),
-  loops.map((_, k) => [k, k])];
-
-// The matrices, by name, that the checker's text of a decay states positive for a Q, in floats; and whether
-// they are, in decimals.
-/** @type {(loops: any, sigma: number, Q: any) => any} */
-export const decreasing = (loops, sigma, Q) =>
-  statedAt(...alone(loops, FLOATS), {sigma}, {P: Q, Y: FLOATS.zeros(1, Q.rows), sizes: {}});
-/** @type {(loops: any, sigma: number, Q: any) => boolean} */
-export const proves = (loops, sigma, Q) =>
-  !unprovenOf(...alone(loops, EXACT), {sigma}, EXACT.zeros(1, Q.rows), Q, null).length;
+// -(A Q E' + E Q A' + 2 sigma E Q E').
+/** @type {(given: any, sigma: number, ring: any) => any} */
+export const decreasing = ([E, A, Q], sigma, ring) => {
+  const X = ring.times(Q, ring.transposed(E));
+  const half = ring.combined(-1, ring.times(A, X), -sigma, ring.times(E, X));
+  return ring.combined(1, half, 1, ring.transposed(half));
+};
 
 // Whether one Q proves the decay in a cell: that of the loop in its middle, of less decay.
 function kept(loop, cell, sigma) {
@@ -55,10 +47,11 @@ function kept(loop, cell, sigma) {
       mapped(matrix(free), (x, i, j) => x * unit[j] / unit[i] + (i === j ? sigma + share * room : 0));
     const found = lyapunov(transposed(scaled), identity(N));
     if (!found) return false;
-    const Q = mapped(found, (x, i, j) => rounded(x * unit[i] * unit[j], DIGITS));
-    const sure = point => Object.values(decreasing([loop(point, FLOATS)], sigma, Q)).every(cholesky);
-    return points.every(sure) &&
-      proves(points.map(point => loop(point, EXACT)), sigma, EXACT.matrix(rowsOf(Q)));
+    const Q = mapped(found, (x, i, j) => rounded(x * unit[i] * unit[j], DIGITS)),
+          exact = EXACT.matrix(rowsOf(Q));
+    return points.every(point => cholesky(decreasing([...loop(point, FLOATS), Q], sigma, FLOATS))) &&
+      definite(exact) &&
+      points.every(point => definite(decreasing([...loop(point, EXACT), exact], sigma, EXACT)));
   });
 }
 

@@ -1,7 +1,7 @@
-import {EXACT} from "../../kernel/exact.js";
+import {definite, EXACT} from "../../kernel/exact.js";
 import {FLOATS, rowsOf} from "../../kernel/matrices.js";
 
-import {decreasing, proves} from "./cells.js";
+import {decreasing} from "./cells.js";
 import {clean, define} from "./kit.js";
 import {block, combine, eigenvalues, eye, leastEigenvalue, lyapunov, rightmost, scale, solve, stable, trace, transpose, zeros} from "./linalg.js";
 import {Mover, number} from "./mover.js";
@@ -33,10 +33,10 @@ class Trust extends Mover {
     const [E0, A0] = this.plant(Math.min(kappa, held));
     const X = lyapunov(transpose(solve(E0, A0)), eye(4));
     const P = scale(1 / trace(X), X).map(row => row.map(x => Number(x.toPrecision(digits))));
-    const said = (of, ring) => of([[E, A].map(X => ring.matrix(X))], 0, ring.matrix(P));
-    const least = Object.values(said(decreasing, FLOATS)).map(X => leastEigenvalue(rowsOf(X)));
+    const [L, exact] = [FLOATS, EXACT].map(ring => decreasing([E, A, P].map(X => ring.matrix(X)), 0, ring));
+    const least = [P, rowsOf(L)].map(leastEigenvalue);
     const status = Math.min(...least) > -(10 ** tolerance), floats = Math.min(...least) > 0;
-    const proven = said(proves, EXACT);
+    const proven = definite(EXACT.matrix(P)) && definite(exact);
     return {poles, least, status, floats, proven, stable: stable(poles)};
   }
 
