@@ -7,7 +7,6 @@
 The notebooks are run, and each proof that one makes is kept in _build/formal.
 """
 
-import os
 import shutil
 import sys
 from collections import Counter
@@ -20,7 +19,10 @@ from formal import gen, rocq
 
 ROOT = Path(__file__).resolve().parents[1]
 BUILD = ROOT / "_build" / "formal"
-START = "from formal import collect\ncollect.start({!r})"
+START = """import sys
+sys.path.insert(0, {!r})
+from formal import collect
+collect.start({!r})"""
 
 
 def main(words):
@@ -45,9 +47,8 @@ def main(words):
 def proofs_of(path):
     """Run a notebook; the files of the proofs that it makes."""
     folder, notebook = BUILD / path.stem, nbformat.read(path, 4)
-    first = nbformat.v4.new_code_cell(START.format(str(folder)))
+    first = nbformat.v4.new_code_cell(START.format(str(ROOT), str(folder)))
     notebook.cells.insert(0, first)
-    os.environ["PYTHONPATH"] = str(ROOT)
     where = {"metadata": {"path": str(path.parent)}}
     NotebookClient(
         notebook, timeout=1800, kernel_name="python3", resources=where

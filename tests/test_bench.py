@@ -189,7 +189,7 @@ TABLE = [
     (MASS | {"M": "<img onerror=alert(1)>"}, '"<img" is no number'),
     (DRIVE | {"D": "1 2; 3"}, "row 2 has 1 numbers, the first has 2"),
 ]
-CURE = "; sosbook.plants.condense solves for"
+CURE = re.compile(r"(; |, but for the inputs there )sosbook\.plants\.condense ")
 FILL = """([texts, wanted]) => {
   const e = document.querySelector("sos-bench");
   for (const box of e.view.querySelectorAll("[data-wanted]"))
@@ -238,7 +238,7 @@ def test_the_form_has_the_checks_of_the_package_and_its_words(tab):
             assert own in fault, texts
             continue
         refusal, warned = package(texts)
-        told = refusal.split(CURE)[0]  # the page has no `condense` to send readers to
+        told = CURE.split(refusal)[0]  # the page has no `condense` to send readers to
         assert (told in fault) if refusal else not fault, (texts, fault, refusal)
         if refusal:
             continue

@@ -194,29 +194,25 @@ class Design(ClosedLoop["DesignProof"], Solution):
         Parameters
         ----------
         whole : SecondOrderSystem, Polytope or DescriptorSystem
-            The plant that was reduced, or one like it: at another speed, say. It may be
-            sparse. A law measures it by the law's own rows on the whole, see
-            `Reduction.law`.
+            The plant that was reduced, or one like it. A law has its own rows there.
         time_limit : float
-            Seconds after which the search of a sparse plant ends with what it has
-            found. It ends at the first pole that breaks what is asked, too.
+            Seconds after which the search of a sparse plant ends with what is found.
+            It ends at the first pole that breaks what is asked, too.
         progress : bool
             Show a bar of the places at which poles of a sparse plant were sought.
 
         Returns
         -------
         Found
-            The rightmost pole that was found, each refined until a residual on the
-            plant's own matrices says that it is one, and what it breaks. Of a polytope
-            that of the worst vertex. It proves nothing: see `certify`.
+            The rightmost pole that was found, refined until a residual says that it is
+            one, and what it breaks. Of a polytope that of the worst vertex. No proof.
 
         Raises
         ------
         ValueError
-            If the plant has another size, or a sensor's place isn't known in it.
+            If the plant has another size, or doesn't know a sensor's place.
         OutOfTime
-            Where nothing is found in time; the poles of a dense plant are computed at
-            once, and the error says how long that takes.
+            If no pole is found in time; of a dense plant the error says its seconds.
 
         Examples
         --------

@@ -122,7 +122,7 @@ def _bare(plant):
 
 def found_on(design, whole, progress=False):
     """The `Found` poles of a ``whole`` plant or polytope under a ``design``'s gain; of
-    several plants those of the worst.
+    several plants those of the worst. With ``progress`` a bar counts the places.
     """
     worst, plants = None, _plants(whole)
     for k, one in enumerate(plants):

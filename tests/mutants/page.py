@@ -162,9 +162,8 @@ def body():
         if path.name.endswith(".js"):
             source = path.read_text("utf-8")
             for name, _, file in scripts.DATA.findall(source):
-                data += (
-                    f"const {name} = {(scripts.KERNEL / Path(file).name).read_text()};"
-                )
+                given = (scripts.KERNEL / Path(file).name).read_text("utf-8")
+                data += f"const {name} = {given};"
             source = scripts.DATA.sub("", scripts.IMPORT.sub("", source))
             names += scripts.EXPORT.findall(source)
             begin = len(text)
@@ -280,7 +279,9 @@ class Judge:
         self.kept, self.answers = self._begun()
 
     def _begun(self):
-        with tempfile.NamedTemporaryFile("w", suffix=".mjs", delete=False) as file:
+        with tempfile.NamedTemporaryFile(
+            "w", suffix=".mjs", delete=False, encoding="utf-8"
+        ) as file:
             file.write(JUDGE)
         deno = Path(sys.executable).with_name("deno")
         self.process = subprocess.Popen(
