@@ -12,6 +12,7 @@ from sosbook.exact.proof import Unproven
 from sosbook.runtime.time_limit import OutOfTime
 from sosbook.synthesis import known_gain
 from sosbook.synthesis.ranges import family
+from tests.test_multipliers import softening
 
 X0 = [0.1, 0.1, 0, 0]
 
@@ -191,19 +192,21 @@ def test_a_bound_that_a_plant_alone_does_not_prove_is_left_soon(looks, x0):
 
 
 def test_a_nearer_bound_begins_with_the_parts_of_an_easier_one(looks):
-    plants = sos.Uncertain(table, m=(0, 2), r=(0.05, 0.1))
-    peak = sos.Saturation(0.5, X0)
-    K = [[-8.56, 6.008, -0.369, -0.22]]
-    request = sos.analyse_pid(plants, K, saturation=peak).request
+    """A spring's plant whose least damping is inside of a range is halved by it."""
+    family_of = sos.Uncertain(softening, v=(0, 1), m=(0.3, 9.81))
+    asked = sos.PoleRegion(0.001)
+    request = sos.analyse_pid(family_of, [[0, 0]], region=asked).request
     r, plants = request.demands[-1], family(request)
     easier = known_gain.least(request, r, plants, 0.05)
     assert easier.cells > 1
     looks.clear()
-    again = known_gain.decided(
-        request, easier.requirement, plants, easier.worst, easier=easier.cuts
-    )
+    moved = request.with_bounds({r.parameter.key: easier.requirement.bound})
+    given = moved, easier.requirement, plants, easier.worst
+    again = known_gain.decided(*given, easier=easier.cuts)
     assert again.status == "feasible" and again.cuts == easier.cuts
-    assert len(looks) == again.cells
+    few = len(looks)
+    assert few == again.cells
+    assert known_gain.decided(*given).status == "feasible" and len(looks) > 2 * few
 
 
 @pytest.mark.parametrize("coupling", ["auto", "pairs", "multipliers"])
