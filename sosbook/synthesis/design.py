@@ -194,7 +194,7 @@ class Design(ClosedLoop["DesignProof"], Solution):
         Parameters
         ----------
         whole : SecondOrderSystem, Polytope or DescriptorSystem
-            The plant that was reduced, or one like it. A law has its own rows there.
+            The plant that was reduced, or one like it; for laws see `Reduction.law`.
         time_limit : float
             Seconds after which the search of a sparse plant ends with what is found.
             It ends at the first pole that breaks what is asked, too.
@@ -212,7 +212,7 @@ class Design(ClosedLoop["DesignProof"], Solution):
         ValueError
             If the plant has another size, or doesn't know a sensor's place.
         OutOfTime
-            If no pole is found in time; of a dense plant the error says its seconds.
+            If no pole is found in time; the error says how long a dense plant takes.
 
         Examples
         --------
