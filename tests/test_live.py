@@ -272,7 +272,7 @@ def test_the_package_s_explorer_moves_by_key_and_proves(page):
     )
     assert "Solved by the package" in element.locator(".sos-readout").inner_text()
     element.get_by_role("button", name="Prove it exactly").click()
-    element.get_by_text("Proven").wait_for()
+    element.get_by_text("Proven", exact=True).wait_for()
 
 
 @pytest.mark.parametrize("tag", by_turns(TAGS, 0, of=THIRD))
