@@ -12,6 +12,7 @@ from functools import cached_property
 from math import cos, sin, tanh
 
 import numpy as np
+from scipy.linalg import expm, solve_discrete_are
 
 from sosbook.pendulum import Mip, Robot
 
@@ -165,6 +166,28 @@ def logs(machine, seed=0, seconds=10.0):
     angle = moved(machine.spinning, V2, machine.T)[0] * machine.counts / (2 * np.pi)
     counts = [np.floor(angle + random.random()) for _ in range(2)]
     return (t, V, gyro), (t2, V2, *counts)
+
+
+def balancing(machine, drive=0.0, seed=0, samples=1500):
+    """(t, V, gyro, counts) of a robot on its wheels, upright, under its own controller,
+    which drives so far to and fro, in rad.
+    """
+    random, T = np.random.default_rng(seed), machine.T
+    h = 1e-6 * np.eye(5)
+    rates = [np.array(machine.rate(x[:4], x[4])) / 1e-6 for x in h]
+    E = expm(T * np.vstack([np.array(rates).T, np.zeros((1, 5))]))
+    A, B = E[:4, :4], E[:4, 4:]
+    P = solve_discrete_are(A, B, np.diag([1, 0.1, 0.01, 0.01]), [[0.05]])
+    K = np.linalg.solve(0.05 + B.T @ P @ B, B.T @ P @ A)[0]
+    x, rows = np.array([0.05, 0, 0, 0]), []
+    for k in range(samples):
+        seen = x + random.standard_normal(4) * [2e-3, 2e-3, 5e-3, 2e-2]
+        seen[1] -= drive * np.sign(np.sin(k * T))
+        V = round(float(np.clip(-K @ seen, -machine.V_n, machine.V_n)), 3)
+        counts = np.floor((x[1] - x[0]) * machine.counts / (2 * np.pi))
+        rows.append((k * T, V, seen[2] + 0.006, counts))
+        x = advance(machine.rate, x, V, T, 3)
+    return np.array(rows).T
 
 
 def write(path, names, columns):

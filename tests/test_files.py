@@ -15,6 +15,7 @@ import pytest
 
 import sosbook
 from sosbook import proofs
+from sosbook.analysis.records import Record
 from sosbook.controllers import Code
 from sosbook.controllers.written import changes
 from sosbook.pendulum import comparison, deployment, recorded, recording
@@ -274,6 +275,25 @@ def test_what_is_no_file_is_named(name, ending, read, tmp_path):
     if name != "plants.files.load_plant" or ending in ("json", "npz", "mat"):
         with pytest.raises(OSError, match="none"):
             read(tmp_path / "none" / f"none.{ending}")
+
+
+@pytest.mark.parametrize("between", [";", "\t", " ; "])
+def test_columns_of_a_record_may_have_other_separators(between, tmp_path):
+    """Those of its first row; a decimal comma is named, and nothing is guessed."""
+    file = tmp_path / "log.csv"
+    readers = [
+        (["t", "V", "gyro"], lambda: Log.read(file).gyro),
+        (["t", "V", "gyro"], lambda: Record.read(file, ["V"], ["gyro"]).y[:, 0]),
+        (["Hz", "re", "im"], lambda: MeasuredResponse.read(file).H.imag),
+    ]
+    rows = [[f"{0.01 * k:.3f}", "1", f"{9.81e-3 * k * k:.6f}"] for k in range(1, 9)]
+    for names, read in readers:
+        text = "\r\n".join(between.join(row) for row in [names, *rows])
+        file.write_text("\ufeff" + text, "utf-8", newline="")
+        assert read() == pytest.approx([float(x) for *_, x in rows], abs=0)
+        file.write_text(text.replace(".", ","), "utf-8")
+        with pytest.raises(ValueError, match=r"csv: line 2: '\s*0,0.* with a point"):
+            read()
 
 
 @pytest.mark.parametrize("read", [load_plant, proofs.load, Log.read, Model.read])

@@ -10,13 +10,15 @@ import pytest
 from sosbook.pendulum import deployment
 from sosbook.pendulum.command import main
 from sosbook.pendulum.fit_checks import check_fits, lateness
-from sosbook.pendulum.gate import Inspection, refused, widened
+from sosbook.pendulum.gate import Inspection, check_log, refused, widened
 from sosbook.pendulum.identify import fit_body, identify
 from sosbook.pendulum.log import Log
+from sosbook.pendulum.recorded import check_recording
 from sosbook.pendulum.report import page
 from sosbook.pendulum.rig import COUNTS_PER_TURN, DATA, Rig, shipped
+from tests.cases import campaign
 from tests.corrupted import SPOILT
-from tests.six_robots import SIX, spared
+from tests.six_robots import SIX, balancing, by_its_sheet, spared
 from tests.six_robots import logs as record_six
 from tests.test_mip_robot import GEARS, THESIS, record
 
@@ -112,8 +114,48 @@ def test_friction_is_tried_where_gears_rub(robots):
     assert not any("friction = true" in str(x) for x in again.findings)
 
 
-def test_a_log_of_a_robot_that_balances_is_called_that(robots):
-    """Upright and in a loop, and its gyro in degrees."""
+@pytest.mark.parametrize("drive", [0.0, 1.5])
+@pytest.mark.parametrize("k", [0, 2, 5, *campaign([1, 3, 4, 6])])
+def test_a_log_of_a_robot_that_balances_is_called_that(k, drive):
+    """Upright and in a loop, driving or not, its gyro in another unit or reversed; a
+    fit of its wheels looks good, and is of another inertia.
+    """
+    t, V, gyro, counts = balancing(SIX[k], drive, seed=k)
+    robot = by_its_sheet(SIX[k], friction=False)
+    for unit in (1.0, -1.0, np.degrees(1)):
+        body = Log(t, V, gyro=unit * gyro)
+        words = [str(x) for x in refused(check_log("body", body, robot))]
+        assert "does the robot balance?" in words[0]
+        fast = abs(body.gyro).max() > 1.01 * robot.gyro_range
+        assert fast == any("rad/s. Is it in deg/s?" in x for x in words)
+    log = Log(t, V, encoder1=counts)
+    assert "does the robot balance?" in str(refused(check_log("wheels", log, robot))[0])
+
+
+def test_a_log_that_balances_says_no_more_than_that(tmp_path):
+    t, V, gyro, _ = balancing(SIX[3])
+    Log(t, V, gyro=gyro).write(tmp_path / "body.csv")
+    (told,) = refused(check_recording(tmp_path / "body.csv").findings)
+    assert "does the robot balance?" in told.text
+
+
+@pytest.mark.parametrize("hold", [5, 40])
+def test_steps_are_no_controllers(hold, robots):
+    """Random ones that no sensor makes are as good as a sweep, and so is one that a
+    voltmeter measures.
+    """
+    rng = np.random.default_rng(hold)
+    V = np.repeat(rng.uniform(-3, 3, 2000 // hold), hold)
+    t = 0.01 * np.arange(len(V))
+    assert refused(check_log("body", Log(t, V, gyro=np.sin(t)))) == []
+    robot, body, wheels = robots["thesis"]
+    for name, log in (("body", body), ("wheels", wheels)):
+        V = log.V + 0.01 * log.V.std() * rng.standard_normal(len(log.V))
+        assert refused(check_log(name, replace(log, V=V), robot)) == []
+
+
+def test_a_gyro_in_degrees_is_asked_about(robots):
+    """Also where the gears or the motors are blamed."""
     body = robots["thesis"][1].part(slice(1500))
     with pytest.raises(ValueError, match="does the robot balance, or a cont") as error:
         fit_body(replace(body, gyro=-np.degrees(body.gyro)))

@@ -14,6 +14,9 @@ CLIPPED_SAMPLES = 4  # samples in a row at the very largest value
 WRAP_SHARE = 2 / 3  # of the gyro's whole span: a jump beyond it goes over the end
 FROZEN_SHARE = 0.1  # of a log, in which a gyro that lives doesn't say the same
 SAMPLES_AT_REST = 10  # at the beginning of a log
+#: Of V's standard deviation: so far half of all samples lie from what four on either
+#: side tell. Of sweeps at most 0.024, with noise; of robots that balance mostly 0.1.
+ERRATIC, EITHER_SIDE = 0.03, 4
 FASTEST_RATE = 60.0  # rad/s, 573 rpm at the wheel or 3400 deg/s of a body
 PLAUSIBLE_VOLTS = 0.2, 60.0  # of a plausible chirp
 PLAUSIBLE_T = 1e-3, 0.1  # s, between two samples
@@ -96,6 +99,24 @@ def _whole(subject, log, robot):
         )
     if abs(log.V[:SAMPLES_AT_REST]).max() == 0 and len(set(log.V)) < 5:
         yield subject.refused("V hardly changes: it needs a chirp")
+    if _erratic(log.V) > ERRATIC:
+        yield subject.refused(
+            "V jumps from sample to sample, as a controller's does: does the robot "
+            "balance? It must hang or lie, its wheels off the ground, under a sweep to "
+            "which no sensor adds"
+        )
+
+
+def _erratic(V):
+    """How far V's samples lie from what their neighbours tell, in the median, over its
+    standard deviation.
+    """
+    k, near = np.arange(EITHER_SIDE, len(V) - EITHER_SIDE), range(1, EITHER_SIDE + 1)
+    beside = np.array([V[k + i * side] for i in near for side in (1, -1)]).T
+    if len(k) < 3 * beside.shape[1] or np.ptp(V) == 0:
+        return 0.0
+    told = beside @ np.linalg.lstsq(beside, V[k], rcond=None)[0]
+    return float(np.median(abs(V[k] - told)) / np.std(V))
 
 
 def _gyro(subject, log, y, robot):
@@ -129,7 +150,7 @@ def _gyro(subject, log, y, robot):
             words = "more than" if beyond else "it is clipped at"
             yield subject.refused(
                 f"gyro reads {top:.3g} rad/s: {words} gyro_range = "
-                f"{robot.gyro_range:g} rad/s"
+                f"{robot.gyro_range:g} rad/s{'. Is it in deg/s?' * bool(beyond)}"
             )
     spikes, jumps = _spikes(y)
     if len(jumps) and _goes_over(y, jumps):

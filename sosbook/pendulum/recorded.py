@@ -111,7 +111,8 @@ def check_recording(path, robot=None, experiment=None):
     try:
         fits = fitted(experiment, log, counts, robot is not None and robot.friction)
     except ValueError as error:
-        findings.append(subject.refused(str(error)))
+        if not refused(findings):  # a log that is wrong says why itself
+            findings.append(subject.refused(str(error)))
     else:
         findings += check_fit(experiment, fits, log, counts)
     for fit in fits:

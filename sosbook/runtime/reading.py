@@ -194,10 +194,14 @@ def _toml_float(word):
 
 
 def read_rows(path):
-    """The rows of a CSV file at ``path``: lists of words; see `read_bytes`."""
+    """The rows of a CSV file at ``path``: lists of words, between commas, semicolons or
+    tabs, as its first line has them; see `read_bytes`.
+    """
     text, rows = read_text(path, bom=True), []
+    first = text.partition("\n")[0]
+    between = next((x for x in ",;\t" if x in first), ",")
     try:
-        rows.extend(csv.reader(StringIO(text, newline="")))
+        rows.extend(csv.reader(StringIO(text, newline=""), delimiter=between))
     except csv.Error as error:
         raise ValueError(f"{path}: line {len(rows) + 1}: {error}") from None
     return rows
