@@ -8,6 +8,7 @@ import pytest
 from scipy.linalg import expm
 
 import sosbook as sos
+from sosbook.controllers import margins as margins_module
 from sosbook.controllers.charts import chart
 from tests.cases import campaign
 
@@ -229,6 +230,49 @@ def test_the_clock_goes_as_far_as_own_sequences_of_ticks():
     ):
         with pytest.raises(ValueError, match=words):
             c.furthest(**asked)
+
+
+def test_delays_of_many_ticks_are_seen_and_no_disk_is_proven_twice(monkeypatch):
+    """A slow axis at a quick clock: it was said to bear any delay. The chain of its
+    gains, which a limit of time ends, comes after the delay.
+    """
+    plant, asked = sos.SecondOrderSystem(9.81, 0.3, 0, 3, coordinates=["place"]), []
+    law, gains = sos.PIDLaw(position=[[1]], filter=0.5), {"K_P": [[-0.02]]}
+    c = sos.analyse_pid(plant, gains | {"K_D": [[-0.3]]}, law=law).controller(T=0.05)
+    names, parts = ["proven", "by_balls"], []
+
+    def noted(name, of, work):
+        def asks(*args, **more):
+            asked.append((name, str(args[1:]), str(more)))
+            parts.append(name)
+            return work(*args, **more)
+
+        monkeypatch.setattr(of, name, asks)
+
+    for name, of in zip(names, (margins_module.Cut, margins_module)):
+        noted(name, of, getattr(of, name))
+    late = c.margins().delay
+    step, ticks = 25 * c.T, []
+    for k in range(1, 12):
+        ticks.append(radius(c, plant, 0, True, late=k * step))
+    last = next(k for k, x in enumerate(ticks) if x >= 1)
+    assert last * step < late.seen < (last + 1) * step
+    assert late.seen > 64 * c.T and 0 < late.proven < late.seen
+    assert len(set(asked)) == len(asked)
+    assert parts.index("by_balls") == 2 and parts[-1] == "proven"
+
+
+def test_inputs_that_may_come_later_than_is_looked_for_have_no_end_seen():
+    """Two slow axes: what frequencies tell of one isn't what all inputs may do."""
+    plant = sos.SecondOrderSystem(
+        np.diag([9.81, 3]), 0.3 * np.eye(2), np.zeros((2, 2)), np.eye(2)
+    )
+    law = sos.PIDLaw(position=np.eye(2), filter=0.5)
+    gains = {"K_P": -0.02 * np.eye(2), "K_D": -0.3 * np.eye(2)}
+    c = sos.analyse_pid(plant, gains, law=law).controller(T=0.05)
+    assert radius(c, plant, 0, True, late=64 * c.T) < 1
+    late = c.margins(time_limit=2).delay
+    assert np.isnan(late.seen) and "its end wasn't seen" in str(late)
 
 
 def test_what_has_no_margin_is_said():

@@ -52,7 +52,8 @@ PARTS = 24  # of the delay that crossovers tell, at which eigenvalues are looked
 class Margin:
     """A margin: ``proven`` for every plant, and ``seen`` at the worst ``plant``.
 
-    Both are floats, in a ``unit``; ``proven`` is None where nothing was proven.
+    Both are floats, in a ``unit``; ``proven`` is None where nothing was proven, and
+    ``seen`` is nan where the end of a margin is later than was looked.
     """
 
     proven: float | None
@@ -63,6 +64,8 @@ class Margin:
     def __str__(self):
         unit = f" {self.unit}" if self.unit else ""
         known = "nothing proven" if self.proven is None else f"{self.proven:.4g}{unit}"
+        if np.isnan(self.seen):
+            return f"{known} (its end wasn't seen)"
         return f"{known} ({self.seen:.4g}{unit} at {self.plant})"
 
 
@@ -236,9 +239,10 @@ def margins_of(c, at=0, seconds=60.0, sharp=True):
     late, which = _latest(c, several, loop) if sharp else (np.inf, 0)
     disks, found = [], dict.fromkeys(("disk", "low", "high", "phase", "delay"))
     with suppress(OutOfTime), time_limit(checked_seconds(seconds, needed=True)):
-        _of_disks(cut, loop, known, disks, found, LINKS if sharp else 0)
+        _of_disks(cut, loop, known, disks, found)
         if sharp:
             _of_delay(c, late, found)
+            _of_gains(cut, loop, known, disks)
     if disks:  # what they hold is known, also where the time has ended a search
         found["phase"] = np.degrees(max(_covered(*x) for x in disks)) * (1 - 1e-9)
         low, high = _joined(disks)
@@ -259,21 +263,18 @@ def margins_of(c, at=0, seconds=60.0, sharp=True):
     )
 
 
-def _of_disks(cut, loop, known, disks, found, links):
-    """Prove ``disks``, of which gain and phase follow; that around one is ``found``.
-    ``links``: of the chain of disks for each end of the gain.
-    """
+def _add(cut, disks, centre, radius):
+    """Add to ``disks`` the largest share of one that is proven, if any is."""
+    centre = float(f"{centre:.6g}")
+    for share in SHARES:
+        some = float(f"{share * radius:.4g}")
+        if cut.proven(centre, some):
+            disks.append((centre, some))
+            return
 
-    def disk(centre, radius):
-        """The radius that is proven around a centre, or None."""
-        centre = float(f"{centre:.6g}")
-        for share in SHARES:
-            some = float(f"{share * radius:.4g}")
-            if cut.proven(centre, some):
-                disks.append((centre, some))
-                return some
-        return None
 
+def _of_disks(cut, loop, known, disks, found):
+    """Prove two ``disks``: that around one is ``found``; the other has most phase."""
     for share in SHARES:
         alpha = float(f"{share * min(known['disk'][0], 1.99):.4g}")
         low, high = (2 - alpha) / (2 + alpha), (2 + alpha) / (2 - alpha)
@@ -288,11 +289,15 @@ def _of_disks(cut, loop, known, disks, found, links):
     sizes = [loop.distance(x) for x in CENTRES]
     angles = [_covered(x, SHARES[0] * r) for x, r in zip(CENTRES, sizes)]
     best = int(np.argmax(angles))
-    disk(CENTRES[best], sizes[best])
+    _add(cut, disks, CENTRES[best], sizes[best])
+
+
+def _of_gains(cut, loop, known, disks):
+    """Prove a chain of more ``disks`` towards each end of the gain."""
     reach = _joined(disks)
     for name, k, way in (("high", 1, 1), ("low", 0, -1)):
         goal = known[name][0]
-        for _ in range(links):
+        for _ in range(LINKS):
             here = reach[k]
             near = goal if goal not in (0, np.inf) else (LARGEST if way > 0 else 1e-3)
             if way * (here - near * CLOSE**way) >= 0 or here <= 0:
@@ -302,9 +307,10 @@ def _of_disks(cut, loop, known, disks, found, links):
                 (x, r) for x, r in several if abs(x - here) < SHARES[0] * r * (1 - 1e-6)
             ]
             most = max(overlap, key=lambda p: way * p[0] + SHARES[0] * p[1])
-            if disk(*most) is None:
-                break
+            _add(cut, disks, *most)
             reach = _joined(disks)
+            if reach[k] == here:
+                break
 
 
 def _joined(disks):
@@ -327,19 +333,22 @@ def _covered(centre, radius):
 
 def _latest(c, several, loop):
     """(seconds, which): how much later all inputs may come, at a plant, by eigenvalues;
-    the delay that frequencies tell is where they are looked for.
+    the delay that frequencies tell is where they are looked for, and the answer where
+    so many ticks have too many eigenvalues.
     """
 
     def radius(d, late):
         clock = replace(c.clock, delay=late, jitter=0.0)
         return replace(c, clock=clock).loop(d).radius
 
-    guess, _ = loop.seen("delay")
-    if len(c.outputs) > 1 or not np.isfinite(guess):
-        guess = LATEST * c.T
-    best, which = np.inf, 0
+    guess, which = loop.seen("delay")
+    if len(c.outputs) > 1:  # what frequencies tell is of one of them
+        guess = np.nan
+    elif guess > LATEST * c.T:
+        return guess, which
+    best = np.inf
     for k, d in enumerate(several):
-        low, most = 0.0, min(1.3 * guess, LATEST * c.T, best)
+        low, most = 0.0, np.fmin(1.3 * guess, min(LATEST * c.T, best))
         for high in np.linspace(0, most, PARTS + 1)[1:]:
             if radius(d, c.delay + high) >= 1:
                 break
@@ -350,21 +359,19 @@ def _latest(c, several, loop):
             mean = (low + high) / 2
             low, high = (low, mean) if radius(d, c.delay + mean) >= 1 else (mean, high)
         best, which = low, k
-    return best, which
+    return (best, which) if np.isfinite(best) else (guess, which)
 
 
 def _of_delay(c, late, found):
     """The delay that is proven: one interval after the other, in which it may vary."""
     T = exact(c.T)
-    most = min(late * SHARES[0], PROVEN * c.T)
+    most = np.fmin(late * SHARES[0], PROVEN * c.T)
     low = exact(c.delay)
     while float(low) < c.delay + most:
         whole = (low / T).floor() + 1  # to the next tick
+        left = min(float(whole * T), c.delay + most) - float(low)
         for share in (1.0, *SHARES[1:], 0.4):
-            end = min(float(whole * T), c.delay + float(f"{share * most:.4g}"))
-            if end <= float(low):
-                return
-            end = float(f"{end:.9g}")
+            end = float(f"{float(low) + share * left:.9g}")
             if by_balls(
                 c.plant, c.of_state, c.T, (float(low), end), cells=CELLS
             ).proven:
