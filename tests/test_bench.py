@@ -994,7 +994,7 @@ def test_files_of_other_programs_fill_the_fields(tab, tmp_path):
     }.items():
         scipy.io.savemat(tmp_path / f"{name}.mat", given)
     for name, words in {
-        "large.mat": "large.mat: it is 61 x 61.*reduce the plant",
+        "large.mat": r"large.mat: it is 61 x 61.*load_plant.*\.reduce\(modes=",
         "lacking.mat": "D, S, B is missing; M, A is there: use these letters",
         "held.mat": "S has penalties .*columns 2",
         "complex.mat": "M is complex",

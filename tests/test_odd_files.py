@@ -128,10 +128,16 @@ ODD = {
         mat(**{x: {y: np.eye(1) for y in "MDSB"} for x in ("up", "down")}),
         "which is the plant, up or down",
     ),
-    "a struct in a struct": (
-        mat(sys={"of": {"M": np.eye(1)}}),
-        "M, D, S, B is missing",
+    "a struct in a struct": (mat(sys={"of": {"M": np.eye(1)}}), "D, S, B is missing"),
+    "a model in a struct": (
+        mat(job={"fe": dict(zip("MCKB", [np.eye(2)] * 4)), "tool": {"name": "x"}}),
+        np.eye(2),
     ),
+    "two models in structs": (
+        mat(job={x: dict.fromkeys("MDSB", np.eye(1)) for x in ("up", "down")}),
+        r"which is the plant, job\.up or job\.down",
+    ),
+    "decimal commas": (table(**WHOLE, S_csv="3,5;1,5\n1;2"), "'?\"?3,5.* with a point"),
     "more than a plant": (mat(**TWO, S=np.eye(2), G=1), np.eye(2).tolist()),
     "no actuator": (mat(**dict.fromkeys("MDS", np.eye(2))), "dd B, a column for"),
     "constructor": (table() | {"constructor.csv": b"1"}, [[2]]),
@@ -249,6 +255,51 @@ def line_of(told):
     return re.search(r'python -c "(.*?\)\))"', told)[1]
 
 
+def design_of(told):
+    """The words of the command that the page says first."""
+    return re.search('python -m sosbook (design) "([^"]*)"', told).groups()
+
+
+def saved(path, kind):
+    """A plant in a file or folder as programs save it, and its S as a page reads it."""
+    S = 9.81 * np.array([[3, -1], [-1, 2]])
+    given = dict(zip("MDSB", (np.eye(2), 0.3 * np.eye(2), S, np.eye(2)[:, 1:])))
+    if kind == "MATLAB 4":
+        scipy.io.savemat(path / "my plant.mat", given, format="4")
+    elif kind == "MATLAB 7.3":
+        h5py = pytest.importorskip("h5py")
+        with h5py.File(path / "x.mat", "w") as file:
+            file["job/fe/M"] = given.pop("M")
+            file["job/fe"].update(given)
+            file["job/again"] = file["job"]  # a circle
+    elif kind == "large":
+        one, n = sp.identity(90), 90
+        large = {"M": one, "D": one, "S": sp.diags(9.81 + np.arange(n)), "B": np.eye(n)}
+        scipy.io.savemat(path / "x.mat", {k: sp.csc_array(x) for k, x in large.items()})
+        S = np.diag(9.81 + np.arange(6))
+    else:
+        for name, x in given.items():
+            np.save(path / f"{name}.npy", x)
+    return S
+
+
+@pytest.mark.parametrize("kind", ["MATLAB 4", "MATLAB 7.3", "large", "a folder"])
+def test_both_commands_of_the_page_work(kind, tmp_path, monkeypatch, capsys):
+    """One designs, the other makes a file that the page opens."""
+    S = saved(tmp_path, kind)
+    files = {x.name: x.read_bytes() for x in tmp_path.iterdir()}
+    (told,) = said(tmp_path, [files])
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "read.js").unlink()
+    if kind != "large":
+        assert main([*design_of(told)]) == 0
+        assert '"proven": true' in capsys.readouterr().out
+    exec(line_of(told), {})
+    (opened,) = said(tmp_path, [{"plant.json": Path("plant.json").read_bytes()}])
+    rows = [[float(x) for x in row.split()] for row in opened["fields"]["S"].split(";")]
+    assert np.array(rows) == pytest.approx(S, abs=1e-9)
+
+
 def test_the_line_of_the_page_runs(tmp_path, monkeypatch):
     """Where the package can read what a page can't, and only there."""
     np.savez(tmp_path / "x y.npz", **dict.fromkeys("MDSB", 2 * np.eye(1)))
@@ -281,6 +332,5 @@ def test_a_state_space_is_for_the_package(tmp_path, monkeypatch, capsys):
     (tmp_path / "p.mat").write_bytes(held)
     (told,) = said(tmp_path, [{"p.mat": held}])
     monkeypatch.chdir(tmp_path)
-    command = re.search('python -m sosbook (design) "(p.mat)"', told)
-    assert main([*command.groups()]) == 0
+    assert main([*design_of(told)]) == 0
     assert '"proven": true' in capsys.readouterr().out

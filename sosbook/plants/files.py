@@ -41,6 +41,9 @@ MARKET = b"%%MatrixMarket"
 LETTERS_OF_FILES = (*NAMES, *LETTERS, *ALIASES.values())
 CALCULIX = {".sti": "K", ".mas": "M"}  # by the endings of its files
 HINTS = dict.fromkeys((*CALCULIX, ".dof"), "; put .sti, .mas and .dof into a folder")
+HINTS |= dict.fromkeys(
+    (".uff", ".unv"), "; its responses are read by sosbook.plants.MeasuredResponse.read"
+)
 
 
 def load_plant(

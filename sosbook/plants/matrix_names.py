@@ -63,7 +63,7 @@ def _letters(place, there):
     known = *NAMES, *LETTERS, *ALIASES.values(), *BLOCK
     found = {}
     for within in dict.fromkeys(
-        ("", *(x.partition(".")[0] + "." for x in there if "." in x))
+        ("", *(x.rpartition(".")[0] + "." for x in there if "." in x))
     ):
         large = {n: within + n for n in known if within + n in there}
         small = {n: within + n.lower() for n in known if within + n.lower() in there}

@@ -171,13 +171,7 @@ def read_mat(path, wanted=list):
         if structs and matfile_version(BytesIO(content))[0]:
             _check_unpacked(content)
         whole = loadmat(BytesIO(content), variable_names=structs) if structs else {}
-        fields = {
-            f"{name}.{field}": whole[name][field].item()
-            for name in structs
-            if whole[name].shape == (1, 1)
-            for field in whole[name].dtype.names or ()
-            if any(np.shape(whole[name][field].item()))
-        }
+        fields = dict(x for name in structs for x in _fields(name, whole[name]))
     there = {name: NOT_READ.get(form, "") for name, (_, form) in shapes.items()}
     for name in {x.partition(".")[0] for x in fields}:
         del there[name]
@@ -193,6 +187,15 @@ def read_mat(path, wanted=list):
             _check_unpacked(content)
         found = loadmat(BytesIO(content), variable_names=[*names]) if names else {}
         return inner | {name: _sound(found[name]) for name in names}
+
+
+def _fields(name, value):
+    """What a ``value`` of MATLAB holds, by its ``name``, or by those of its fields."""
+    if getattr(getattr(value, "dtype", None), "names", None) and value.size == 1:
+        for field in value.dtype.names:
+            yield from _fields(f"{name}.{field}", value[field].item())
+    elif "." in name and any(np.shape(value)):
+        yield name, value
 
 
 def _strange(field):
@@ -227,14 +230,9 @@ def _hdf5(path, content, wanted):
         file = h5py.File(BytesIO(content), "r")
     with file:
         with _decoded(path, kind):
-            own = {x: x for x in _hard(file, h5py)}
-            for outer in [x for x in own if _is_struct(file[x], h5py)]:
-                del own[outer]
-                fields = _hard(file[outer], h5py) if outer[0] != "#" else ()
-                own |= {f"{outer}.{x}": f"{outer}/{x}" for x in fields}
+            own = {x.replace("/", "."): x for x in _hard(file, h5py, set())}
             groups = [x for x in own if isinstance(file[own[x]], h5py.Group)]
-            strange = [x for x in groups if _is_struct(file[own[x]], h5py)]
-        names = wanted({x: "a struct" if x in strange else "" for x in own})
+        names = wanted(dict.fromkeys(own, ""))
         with _decoded(path, kind):
             parts = {
                 name: {
@@ -253,18 +251,28 @@ def _hdf5(path, content, wanted):
             return {x: _of_datasets(file[own[x]], part) for x, part in parts.items()}
 
 
-def _hard(group, h5py):
-    """The names in a ``group`` of what stands in this very file."""
-    return [x for x in group if isinstance(group.get(x, getlink=True), h5py.HardLink)]
+def _hard(group, h5py, known):
+    """The places of what stands in this very file, in a ``group`` and those within, but
+    in none of the ``known`` ones.
+    """
+    for name in group:
+        if name[0] == "#" or not _is_here(group, name, h5py):
+            continue  # MATLAB keeps there what its cells have
+        item = group[name]
+        if not isinstance(item, h5py.Group) or "MATLAB_sparse" in item.attrs:
+            yield name
+        elif (place := h5py.h5o.get_info(item.id).addr) not in known:
+            known.add(place)
+            yield from (f"{name}/{x}" for x in _hard(item, h5py, known))
 
 
-def _is_struct(item, h5py):
-    return isinstance(item, h5py.Group) and "MATLAB_sparse" not in item.attrs
+def _is_here(group, name, h5py):
+    return isinstance(group.get(name, getlink=True), h5py.HardLink)
 
 
 def _plain(parent, name, h5py):
     """A dataset of numbers in this very file, or None: no guard stands elsewhere."""
-    if not isinstance(parent.get(name, getlink=True), h5py.HardLink):
+    if not _is_here(parent, name, h5py):
         return None  # it would open another file
     item = parent[name]
     if not isinstance(item, h5py.Dataset) or item.dtype.kind not in "iufcV":

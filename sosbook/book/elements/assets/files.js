@@ -41,7 +41,8 @@ const table = (bytes, comment = /#.*/, between = undefined) =>
   text(bytes)
     .split(/\r?\n/)
     .flatMap((line, k) => {
-      const words = line.replace(comment, "").trim(), part = between ?? /[;,]/.exec(words)?.[0] ?? /\s+/;
+      const words = line.replace(comment, "").trim(),
+            part = between ?? [";", ","].find(mark => words.includes(mark)) ?? /\s+/;
       return words && [words.split(part).map(word => {
         const x = near(word.trim());
         return Number.isNaN(x)
@@ -51,27 +52,27 @@ const table = (bytes, comment = /#.*/, between = undefined) =>
     })
     .filter(row => row);
 
-// A table of numbers.
-function csv(bytes) {
+// A table of numbers. `lines`: says which lines open with the package what a page can't open.
+function csv(bytes, lines) {
   const [head] = text(bytes).split(/\r?\n/).map(line => line.replace(/#.*/, "").trim()).filter(line => line);
-  return HEADING.test(head) ? listed() : table(bytes);
+  return HEADING.test(head) ? listed(lines) : table(bytes);
 }
-const listed = () => refuse(`it lists entries, and a page reads whole matrices, or entries below ` +
-  `%%MatrixMarket. ${byPackage("", "npy")}`);
+const listed = lines =>
+  refuse(`it lists entries, and a page reads whole matrices, or entries below %%MatrixMarket. ${lines()}`);
 
-function sized(rows, columns, entry = (_i, _j) => 0) {
+function sized(rows, columns, lines) {
   if (Math.max(rows, columns) > MOST)
-    refuse(`it is ${rows} x ${columns}, and a field has ${MOST} rows and columns at most: reduce the plant ` +
-      "in the package, by plant.reduce(modes=...)");
-  return make(rows, columns, entry);
+    refuse(`it is ${rows} x ${columns}, and a field has ${MOST} rows and columns at most. ${
+      lines(".reduce(modes=6)")}`);
+  return make(rows, columns, (_i, _j) => 0);
 }
 
 // A matrix of Matrix Market.
-function mtx(bytes) {
+function mtx(bytes, lines) {
   const [head, , form, field, kind] = text(bytes).split(/\s+/, 5).map(word => word.toLowerCase());
-  if (head !== "%%matrixmarket") listed();
+  if (head !== "%%matrixmarket") listed(lines);
   if (!/^(real|integer)$/.test(field)) refuse(`its numbers are ${field}`);
-  const [[rows, columns, count], ...list] = table(bytes, /^%.*/, /\s+/), X = sized(rows, columns);
+  const [[rows, columns, count], ...list] = table(bytes, /^%.*/, /\s+/), X = sized(rows, columns, lines);
   const below = kind === "general" ? -rows - columns : Number(kind === "skew-symmetric");
   const places = form === "array"
     ? X[0].flatMap((_, j) => X.map((_, i) => [i, j])).filter(([i, j]) => i - j >= below)
@@ -113,27 +114,27 @@ async function unpacked(bytes, budget) {
 }
 
 // The matrices in a file of MATLAB's versions 5 to 7; those of a struct are called "struct.field".
-async function mat(bytes) {
+async function mat(bytes, lines) {
   const found = Object.create(null), budget = {left: MOST_BYTES};
   if (text(bytes.subarray(126, 128)) !== "IM")
-    refuse(`it is no file of MATLAB's versions 5 to 7: save with '-v7'. ${byPackage("YOUR_FILE", "h5")}`);
+    refuse(`it is no file of MATLAB's versions 5 to 7: save with '-v7'. ${lines()}`);
   for (const part of parts(bytes.subarray(128))) {
     const [kind, inner] = part[0] === PACKED ? parts(await unpacked(part[1], budget))[0] : part;
-    if (kind === MATRIX) put(found, parts(inner));
+    if (kind === MATRIX) put(found, parts(inner), lines);
   }
   return found;
 }
 
 // Put what these pieces of a file of MATLAB are, by its own name or a field's of a struct.
-function put(found, pieces, field = "") {
+function put(found, pieces, lines, field = "") {
   const [[flags], [rows, columns], letters] = pieces.slice(0, 3).map(list),
                                    word = x => String.fromCharCode(...x);
   const type = flags & 0xff, name = field || word(letters);
-  if (type === STRUCT && !field && rows * columns === 1) {
+  if (type === STRUCT && rows * columns === 1) {
     const [[wide], names] = pieces.slice(3, 5).map(list);
     pieces.slice(5).forEach(([, inner], k) => {
       const own = word(names.slice(k * wide, (k + 1) * wide)).replace(/\0.*/, "");
-      put(found, parts(inner), `${name}.${own}`);
+      put(found, parts(inner), lines, `${name}.${own}`);
     });
     return;
   }
@@ -144,7 +145,7 @@ function put(found, pieces, field = "") {
   if (flags & COMPLEX)
     refuse(`${name} is complex; of hysteretic damping give the real part, and imag(${name}) / omega for D, ` +
       "at the frequency omega that matters");
-  const X = found[name] = sized(rows, columns);
+  const X = found[name] = sized(rows, columns, lines);
   if (pieces.slice(3).some(([, {length}]) => length > 2 * WIDEST)) refuse(`${name} has too many entries`);
   const [values, starts, entries] = pieces.slice(3).map(list), places = [];
   for (let j = 0; j < columns; j++)
@@ -156,25 +157,27 @@ function put(found, pieces, field = "") {
   once(places, 1);
 }
 
+// Kinds of files that the package reads, with a plant or a matrix in each.
+const WHOLES = ["npz", "h5", "hdf5", "op4", "pch", "toml"];
+const PARTS = ["csv", "txt", "mtx", "npy", "sti", "mas", "dof", "hb", "rb", "rsa", "rua", "rza"];
 const safely = name => /^[\w. -]+$/.test(name) ? name : "YOUR_FILE";
 
-// The line that makes what a page reads of what the package reads, which a page can't look into.
-function byPackage(name, kind, many = false) {
-  const alone = ["npz", "h5", "hdf5", "op4", "pch", "toml"].includes(kind);
-  if (!alone && !"npy sti mas dof hb rb rsa rua rza".split(" ").includes(kind))
-    return "Open .json, .mat, .mtx, .csv or .txt";
-  const safe = many || !alone ? "." : safely(name);
-  return `If it holds M, D, S and B, the package makes a plant.json of it: python -c "import json, ` +
-    `sosbook.plants as p; v = p.load_plant('${
-      safe}'); json.dump({k: getattr(v, k).tolist() for k in 'MDSBF'}, open('plant.json', ` +
-    `'w'))". What its last line asks for stands beside the name: load_plant('${safe}', push=[0])`;
+// The lines that open with the package what a page can't look into, and make of it what a page reads; `then`
+// is done to the plant.
+function byPackage(name, then = "") {
+  const read = `load_plant('${name}'`;
+  return `The package designs for it: python -m sosbook design "${
+           name}". For this page it makes a plant.json ` +
+    `of what has M, D, S and B: python -c "import json, sosbook.plants as p; v = p.${read})${
+      then}; json.dump({k: getattr(v, k).tolist() for k in 'MDSBF'}, open('plant.json', 'w'))". What its last ` +
+    `line asks for stands beside the name: ${read}, push=[0])`;
 }
 
 // The matrices of the fields among those that are there: K and C may be S and D, and those of a struct
 // serve where there is no plant beside it. `left` are others.
 function chosen(given, name) {
   const known = [...NAMES, "K", "C", "A", "ABCD"], all = Object.keys(given);
-  const within = ["", ...new Set(all.flatMap(name => name.match(/^.*?\./) ?? []))].map(start => {
+  const within = ["", ...new Set(all.flatMap(name => name.match(/^.*\./) ?? []))].map(start => {
     const own = all.filter(name => name.startsWith(start)).map(name => name.slice(start.length));
     const large = known.some(name => own.includes(name)), there = Object.create(null);
     for (const name of own) there[large ? name : name.toUpperCase()] = given[start + name];
@@ -277,12 +280,16 @@ export const read = async files => {
   const found = Object.create(null), [{name: first}] = files;
   for (const file of files) {
     const {name} = file, [, stem, end] = /^(.*)\.(\w+)$/.exec(name) ?? [, name, ""], kind = end.toLowerCase();
+    const place = files.length > 1 || PARTS.includes(kind) ? "." : safely(name);
     const there = await blamed(name, async () => {
       if (!Object.hasOwn(READERS, kind))
-        refuse(`a page can't read this kind of file. ${byPackage(name, kind, files.length > 1)}`);
+        refuse(`a page can't read this kind of file. ${
+            [...WHOLES, ...PARTS].includes(kind) ? byPackage(place)
+                                                 : "Open .json, .mat, .mtx, .csv or .txt"}`);
       if (kind === "json" && files.length > 1) refuse("a plant in JSON is read by itself");
       if (file.size > MOST_BYTES) refuse(`it has more than ${MOST_BYTES} bytes: too large to read`);
-      const there = await READERS[kind](new Uint8Array(await file.arrayBuffer()));
+      const there =
+        await READERS[kind](new Uint8Array(await file.arrayBuffer()), then => byPackage(place, then));
       return kind === "json" ? opened(there) : kind === "mat" ? Object.entries(there) : [[stem, there]];
     });
     if (kind === "json") return there;
