@@ -1,6 +1,7 @@
 """Plants of discrete time: dt, poles z, norms and costs at the ticks."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -88,6 +89,25 @@ def test_poles_go_into_disks_and_other_regions_of_z():
         assert d.request.region.contains(z) and "its poles z" in str(d.certify())
     assert "Re z < 0.6" in str(
         sos.design_pid(p, region=sos.LMIRegion.strip(0.2, 0.6)).certify()
+    )
+
+
+def test_a_decay_of_continuous_time_names_the_disk_of_z():
+    p = sos.DescriptorSystem(np.eye(2), [[1.02, 0.3], [-0.2, 1]], [[0], [1]], dt=0.03)
+    for region in (sos.PoleRegion(sigma=2.0, rho=9), sos.PoleRegion(settling_time=2)):
+        with pytest.raises(ValueError, match="one with dt = 0.03 s") as error:
+            sos.design_pid(p, region=region)
+        radius = float(re.findall(r"disk\((\S+)\)", str(error.value))[0])
+        d = sos.design_pid(p, region=DISK(radius))
+        decay = -np.log(abs(np.linalg.eigvals(p.A + p.B @ d.K)).max()) / 0.03
+        assert decay > region.sigma * (1 - 1e-4)
+
+
+@pytest.mark.parametrize("region", [DISK(0.9), DISK(0.5, 0.3), sos.PoleRegion(rho=0.9)])
+def test_a_sentence_says_nothing_of_continuous_time(region):
+    p = sos.DescriptorSystem(np.eye(2), [[1.02, 0.3], [-0.2, 1]], [[0], [1]], dt=0.03)
+    assert sos.design_pid(p, region=region).sentence == (
+        "The loop and disk as given: feasible."
     )
 
 

@@ -45,6 +45,7 @@ MAKERS = {  # make one of the keywords of their functions
     "synthesis/pid.py",
     "synthesis/lqr.py",
     "sampled/lqr.py",
+    "delay/searched.py",
 }
 
 

@@ -176,3 +176,31 @@ def test_a_position_without_a_name_is_called_one(words, said):
     data = {"plant": {}, "law": {"position": [[1.0, 0.0]]}, "words": words}
     (first, _), *_ = Sentences(data, 2).laws()
     assert f"from {first}" == said
+
+
+@pytest.mark.parametrize(
+    "region, words",
+    [
+        (
+            sosbook.PoleRegion(0.3, 0.5, 4),
+            "decays with σ = 0.3 s⁻¹, rings within θ = 0",
+        ),
+        (sosbook.LMIRegion.disk(4), "reacts no faster than 0.25 s"),
+        (sosbook.LMIRegion.disk(2, -3), "and disk as given"),
+        (sosbook.LMIRegion.sector(0.5, -1), "and sector as given"),
+        (sosbook.LMIRegion.half_plane(-1), "and half-plane as given"),
+    ],
+)
+def test_a_region_is_said_where_its_words_mean_it(region, words):
+    cart = sosbook.SecondOrderSystem(2, 0.1, 3, 1)
+    design = sosbook.design_pid(cart, region=region)
+    assert words in design.sentence and design.status == "feasible"
+    if "as given" not in words:
+        again = sosbook.read_wish(design.sentence.partition(":")[0], cart).asked
+        poles = (
+            sosbook.PoleRegion(**again["region"])
+            if isinstance(again["region"], dict)
+            else again["region"]
+        )
+        for one, other in zip(region.parts, poles.parts, strict=True):
+            assert (one.alpha == other.alpha).all() and (one.beta == other.beta).all()

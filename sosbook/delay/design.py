@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ..bisection import narrowed
 from ..plants.signals import Sine, Step
 from ..runtime.array_like import ArrayLike
 from ..runtime.read_only import ReadOnly
@@ -41,10 +42,13 @@ class DelayDesign(Gains[DelayProof], ReadOnly):
     infeasibility : DelayRefusal or ModesRefusal or None
         The exact proof that the LMIs have no solution, with status "infeasible".
     reason : str
-        Of "undecided", in words; of a feasible design: which of the gains K is.
+        In words, why nothing is proven, and how slow a given gain's loop is in floats;
+        of a feasible design: which of the gains K is.
     central : bool or None
         False, for these LMIs are a cone and have no analytic centre; None where K
         was given.
+    source : Loop or None
+        Where K is made of a law's gains: the loop of that law without the delay.
     """
 
     request: DelayRequest
@@ -55,6 +59,21 @@ class DelayDesign(Gains[DelayProof], ReadOnly):
     infeasibility: Any = None
     reason: str = ""
     central: bool | None = None
+    source: Any = None
+
+    @property
+    def gains(self) -> dict[str, np.ndarray]:
+        """As of a `Design`: of the law, where K is made of a law's gains."""
+        return super().gains if self.source is None else self.source.design.gains
+
+    @property
+    def loop(self) -> Any:
+        """As of a `Design`, without the delay."""
+        return super().loop if self.source is None else self.source
+
+    def its_law(self) -> tuple:
+        """As of a `Design`."""
+        return super().its_law() if self.source is None else self.source.its_law()
 
     @property
     def alpha(self) -> float | None:
@@ -68,19 +87,32 @@ class DelayDesign(Gains[DelayProof], ReadOnly):
     def advice(self) -> str:
         """Advice on a smaller request; empty if feasible.
 
-        Found by solving again with less rate, variation or delay.
+        Found by solving again with less rate, variation or delay, in eighths.
         """
         if self.status == "feasible":
             return ""
         asked = self.request
-        easier = [
-            ("rate delta", dict(delta=0.0), asked.delta),
-            ("variation mu of the delay", dict(mu=0.0), asked.mu),
-            ("delay tau", dict(tau=asked.tau / 10, mu=asked.mu / 10), True),
-        ]
-        for words, values, given in easier:
-            if given and solvable(asked.at(**values)):
-                return f"Ask for a smaller {words}."
+        for names, words in (
+            (("delta",), "a rate delta of {:.3g} 1/s"),
+            (("mu",), "a variation mu of {:.3g} s"),
+            (("tau", "mu"), "a delay tau of {:.3g} s with mu = {:.3g} s"),
+        ):
+            given = [getattr(asked, name) for name in names]
+
+            def less(eighths, names=names, given=given):
+                return dict(
+                    zip(names, (float(f"{x * eighths / 8:.3g}") for x in given))
+                )
+
+            least = 1 if "tau" in names else 0
+            if not given[0] or not solvable(asked.at(**less(least))):
+                continue
+            most = narrowed(
+                lambda k, less=less: solvable(asked.at(**less(k))),
+                *(least, 8),
+                lambda good, bad: (good + bad) // 2,
+            )[0]
+            return f"Ask for less: {words.format(*less(most).values())} has a proof."
         return (
             "Nothing was found with a smaller delta, mu or tau alone: ask less "
             "of several, or see that the loop without delay can be made stable."

@@ -1,12 +1,13 @@
 """Procedure 2.2: a PID controller for a plant with a delayed input."""
 
+from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
 
-from ..laws import FullState, Law
-from ..laws.taken import law_of
-from ..loops import opened
+from ..laws import Law, Scheduled
+from ..laws.taken import law_of, taken
+from ..loops import Loop, opened
 from ..plants.checks import matrix
 from ..plants.kinds import SecondOrderPlant
 from ..runtime.array_like import ArrayLike
@@ -14,7 +15,8 @@ from ..runtime.threads import one_thread
 from ..synthesis.families import in_pieces
 from .design import DelayDesign
 from .request import DelayedLoop, DelayRequest, check_loop
-from .rising import solve_rising
+from .rising import solve_rising, with_truth
+from .searched import searched
 from .solve import first_design, solve_delay, within
 from .theorems import MISPRINTS
 
@@ -29,7 +31,7 @@ def design_delay_pid(
     *,
     alpha: float | None = None,
     K_A: None = None,
-    law: FullState | None = None,
+    law: Law | None = None,
     method: Literal["functional", "shift"] = "functional",
     printed: bool = False,
     time_limit: float | None = None,
@@ -54,9 +56,9 @@ def design_delay_pid(
         first of some multiples of tau that succeeds.
     K_A : None
         Must be left out (or zero): see Raises.
-    law : FullState, optional
-        What is integrated, in the place of U. Another law's gains are designed without
-        the delay and analysed with it.
+    law : Law, optional
+        In the place of U. Gains of a PIDLaw, a DynamicLaw or a ShapedLaw are searched
+        by `design_pid` behind a filter like the delay, then proven with the delay.
     method : {"functional", "shift"}
         "functional" is the thesis's theorem, corrected. "shift" designs
         for stability of :math:`e^{\delta t} x(t)`, whose input comes
@@ -79,8 +81,8 @@ def design_delay_pid(
     Raises
     ------
     ValueError
-        On bad input. Acceleration feedback through a delay makes a neutral loop, M
-        z''(t) - B K_A z''(t - d), which the theorems don't cover.
+        On bad input, or a scheduled gain. Acceleration feedback through a delay makes a
+        neutral loop, M z''(t) - B K_A z''(t - d), which the theorems don't cover.
 
     Notes
     -----
@@ -105,17 +107,17 @@ def design_delay_pid(
     if isinstance(plant, DelayedLoop):
         raise ValueError("a DelayedLoop leaves nothing to design: use analyse_delay")
     law = law_of(U, law)
-    if not law.whole:
+    if isinstance(law, Scheduled):
         raise ValueError(
-            f"law: the theorem designs gains of the whole state, not of a "
-            f"{type(law).__name__}: find them without the delay, design = "
-            "design_pid(plant, law=law, ...), and prove them with it, "
-            "analyse_delay(plant, design, tau=...)"
+            "law: a gain that is scheduled isn't designed behind a delay; the law "
+            "inside it is, with one gain for all plants"
         )
     request = DelayRequest(
-        *(plant, law.U, tau, mu, delta, alpha, method),
+        *(plant, law.U if law.whole else None, tau, mu, delta, alpha, method),
         misprints=("sign",) if printed else (),
     )
+    if not law.whole:
+        return within(time_limit, request, lambda: searched(request, law), progress)
     return _in_pieces(request, first_design, time_limit, progress)
 
 
@@ -188,14 +190,20 @@ def analyse_delay(
     if K is None and not isinstance(plant, DelayedLoop):
         raise ValueError("K is missing: give the gain to be analysed")
     check_loop(plant, K, U)
+    source = None
     if not isinstance(plant, DelayedLoop):
-        plant, K, U = opened(plant, K, U, law)
+        known, K = taken(plant, K, law, U)
+        source = None if known.whole else Loop(plant, known, K)
+        plant, K, U = opened(plant, K, U, known)
     alpha = None if printed is True or not printed else printed
     asked = plant, U, tau, mu, delta, alpha, method, order
     request = DelayRequest(*asked, MISPRINTS if printed else (), K)
     if method == "legendre" and order is None:
-        return solve_rising(request, time_limit, progress)
-    return _in_pieces(request, solve_delay, time_limit, progress)
+        design = solve_rising(request, time_limit, progress)
+    else:
+        design = _in_pieces(request, solve_delay, time_limit, progress)
+    design = replace(design, source=source)
+    return design if design.status == "feasible" else with_truth(design)
 
 
 def _in_pieces(request, solve, seconds, progress):

@@ -71,6 +71,29 @@ def _slowest(request):
     return DelayDesign(request, "undecided", request.gain).slowest_decay()
 
 
+def with_truth(design):
+    """A ``design`` of a given gain that isn't feasible, whose reason says how slow the
+    loop is: a functional may fail where the loop doesn't.
+    """
+    if "in floats the slowest" in design.reason:
+        return design
+    try:
+        rate, at = design.slowest_decay()
+    except ValueError:  # too long a delay for the discretisation
+        truth = ""
+    else:
+        truth = (
+            f"in floats the slowest constant delay of the interval, {at:.4g} s, decays "
+            f"with {rate:.3g} 1/s"
+        )
+        if rate <= design.request.delta:
+            truth += ", which is less than was asked"
+    if design.status == "infeasible":
+        truth = f"I{truth[1:]}. " if truth else ""
+        return replace(design, reason=f"{truth}No functional of this form proves it.")
+    return replace(design, reason="; ".join(filter(None, (design.reason, truth))))
+
+
 @dataclass(frozen=True, eq=False)
 class ConstantDelays(ReadOnly):
     """A loop whose delay is constant, and unknown in [low, high], proven in pieces.
@@ -187,6 +210,11 @@ def constant_delays(
     check_loop(plant, K, U)
     if not hasattr(plant, "A_d"):
         plant, K, U = opened(plant, K, U, law)
+    if len(plant.vertices) > 1:
+        raise ValueError(
+            "constant_delays takes one plant: ask it of each vertex, or prove delays "
+            "that may vary, of all plants, by analyse_delay"
+        )
     asked = partial(DelayRequest, plant, U, delta=delta, method="legendre", gain=K)
     whole = asked(**_around(low, high))
     rate, at = _slowest(whole)

@@ -221,8 +221,15 @@ class LMIRegion(RegionForms, Region, Requirement):
         return exact(self.alpha), exact(self.beta)
 
     def stepped(self, step: float | None) -> "LMIRegion":
-        made = later("requirements.in_steps", "InSteps")
-        return self if step is None else made(self, step)
+        if step is None:
+            return self
+        if self.parameter is SIGMA and (self.bound or 0) > 0:
+            raise ValueError(
+                f"sigma = {self.bound:g} is a decay of continuous time, and the plant "
+                f"is one with dt = {step:g} s: poles z that decay as fast lie in the "
+                f"disk LMIRegion.disk({np.exp(-self.bound * step):.6g})"
+            )
+        return later("requirements.in_steps", "InSteps")(self, step)
 
     def matrices(self, number: Any) -> tuple:
         """alpha and beta in the arithmetic of ``number``."""

@@ -13,9 +13,11 @@ from ..plants.second_order import Polytope, SecondOrderSystem
 from ..plants.uncertain import Uncertain
 from ..runtime.reading import named
 from .in_files import asked_in_file
+from .pole_region import PoleRegion
 from .sentence import Sentences
 
 OTHER = "words", "controller", "search", "$schema"  # not of the design's keywords
+_FORM = "alpha", "beta"  # of a region
 DIGITS = 9  # of the coordinates at rest
 
 
@@ -200,7 +202,9 @@ def _as_data(request):
     for r in request.requirements:
         key = r.parameter.key if r.parameter else ""
         bound = r.bound if key else None
-        if key in ("sigma", "rho") and bound is not None:
+        if key in ("sigma", "theta", "rho") and not _of_pole_region(r, key):
+            data[r.name] = None
+        elif key in ("sigma", "rho") and bound is not None:
             data.setdefault("region", {})[key] = bound
         elif key == "theta":
             degrees = float(f"{np.degrees(bound):.6g}")
@@ -216,6 +220,19 @@ def _as_data(request):
     if request.K_A is not None:
         data["K_A"] = request.K_A.tolist()
     return data
+
+
+def _of_pole_region(r, key):
+    """True if a region ``r`` of the parameter ``key`` is that part of a `PoleRegion`:
+    others have a centre, an apex or a tick, of which no clause speaks.
+    """
+    if r.step is not None:
+        return False
+    try:
+        (part,) = PoleRegion(**{key: r.bound}).parts
+    except ValueError:  # a half-plane that reaches to the right
+        return False
+    return all(np.array_equal(getattr(r, x), getattr(part, x)) for x in _FORM)
 
 
 def _law_as_data(law):
