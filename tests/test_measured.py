@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+import scipy.sparse
 
 import sosbook as sos
 from sosbook.book import plots
@@ -74,7 +75,7 @@ def test_the_phase_counts_too():
     [
         ("f,re,im\n1,2,3", "first line must be Hz,re,im or rad/s,re,im"),
         ("Hz,re,im\n1,2", "line 2 lacks a value"),
-        ("Hz,re,im\n0,2,1", "omega must be above 0"),
+        ("Hz,re,im\n-1,2,1", "omega must be above 0"),
         ("", "first line must be"),
     ],
 )
@@ -84,27 +85,65 @@ def test_a_table_that_is_none_is_named(text, words, tmp_path):
         MeasuredResponse.read(tmp_path / "frf.csv")
 
 
-def test_one_plant_has_no_band():
+@pytest.mark.parametrize("sparse", [False, True])
+def test_one_plant_is_a_line(sparse):
+    """A response beside the model's: how far apart, and where; with a picture."""
+    plant = arm(0.4, 25)
+    if sparse:
+        parts = [scipy.sparse.csc_array(getattr(plant, x)) for x in "MDS"]
+        plant = sos.SecondOrderSystem(*parts, plant.B)
+    H = response(0.4, 25.0) * (1 + 0.02 * np.cos(OMEGA))
+    k = np.abs(np.cos(OMEGA)).argmax()
+    found = MeasuredResponse(OMEGA, H).beside(plant, sensor=1)
+    assert found.apart == pytest.approx(abs(0.02 * np.cos(OMEGA)), abs=1e-9)
+    assert f"the furthest 2 % away, at {OMEGA[k]:.4g} rad/s" in str(found)
+    with plt.rc_context():
+        axes = plots.frequency_band(plt.subplots(2)[1], found)
+    plt.close("all")
+    assert len(axes[0].lines) == 2
+
+
+def test_no_such_sensor_or_actuator():
     seen = MeasuredResponse(OMEGA, response(0.4, 25.0))
-    with pytest.raises(ValueError, match="one plant has no band"):
-        seen.beside(arm(0.4, 25))
     for beside, words in ((dict(sensor=[1]), "sensor"), (dict(actuator=1), "actuator")):
         with pytest.raises(ValueError, match=words):
             seen.beside(FAMILY, **beside)
 
 
+@pytest.mark.parametrize("plants", [FAMILY, arm(0.4, 25)])
+@pytest.mark.parametrize(
+    "name, factor",
+    [("velocities", 1j * OMEGA), ("accelerations", -(OMEGA**2)), ("of the other", -1)],
+)
+def test_what_was_measured_instead_is_named(name, factor, plants):
+    """And nothing is said of what is no such thing."""
+    H, noise = response(0.4, 25.0), 1 + 0.01 * np.sin(31 * OMEGA)
+    wrong = MeasuredResponse(OMEGA, H * factor * noise).beside(plants, sensor=1)
+    assert f"; read as {name}" in str(wrong)
+    for right in (H * noise, response(0.4, 90.0), H * np.exp(-0.05j * OMEGA)):
+        found = MeasuredResponse(OMEGA, right).beside(plants, sensor=1)
+        assert "read as" not in str(found)
+
+
+def test_the_frequency_zero_is_left_out(tmp_path):
+    path = table(tmp_path, "Hz", np.append(0, OMEGA), np.append(1, response(0.4, 25.0)))
+    assert len(MeasuredResponse.read(path).omega) == len(OMEGA)
+
+
 class Universal:
-    """What pyuff gives of a file with a geometry and two responses."""
+    """What pyuff gives of a file with a geometry, a coherence and two responses."""
 
     def __init__(self, path):
         self.x = np.array([0.0, 1.0, 2.0])
 
     def get_set_types(self):
-        return np.array([15, 58, 58])
+        return np.array([15, 58, 58, 58])
 
     def read_sets(self, k):
-        data = k * (1 + 1j * self.x)
-        return {"x": self.x, "data": data, "rsp_node": 103 + k, "ref_node": 21}
+        ordinate = 12 if k == 2 else 8  # an acceleration, displacements
+        kinds = {"func_type": 6 if k == 3 else 4, "ordinate_spec_data_type": ordinate}
+        nodes = {"rsp_node": 103 + k, "rsp_dir": -3, "ref_node": 21, "ref_dir": 1}
+        return {"x": self.x, "data": k * (1 + 1j * self.x)} | kinds | nodes
 
 
 def test_a_universal_file_is_read_by_pyuff(tmp_path, monkeypatch):
@@ -115,8 +154,10 @@ def test_a_universal_file_is_read_by_pyuff(tmp_path, monkeypatch):
     with pytest.raises(ModuleNotFoundError, match=r"sosbook\[uff\]"):
         MeasuredResponse.read(path)
     monkeypatch.setitem(sys.modules, "pyuff", SimpleNamespace(UFF=Universal))
-    with pytest.raises(ValueError, match="which= must be one of 0: 104 by 21, 1: 105"):
+    with pytest.raises(
+        ValueError, match=r"be one of 0: 104\.-3 by 21\.1, 1: 105\.[^,]*$"
+    ):
         MeasuredResponse.read(path)
     seen = MeasuredResponse.read(path, which=1)
     assert seen.omega == pytest.approx([2 * np.pi, 4 * np.pi])
-    assert (seen.H == [2 + 2j, 2 + 4j]).all()
+    assert seen.H == pytest.approx(np.array([2 + 2j, 2 + 4j]) / -(seen.omega**2))

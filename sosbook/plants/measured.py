@@ -10,13 +10,22 @@ import numpy as np
 from ..runtime.libraries import library
 from ..runtime.read_only import ReadOnly
 from ..runtime.reading import named, numbers_of, read_bytes, read_rows
+from ..runtime.sparse import issparse
 from .checks import matrix
 from .uncertain import Uncertain
 
 HERTZ = "Hz"
 UNITS = {"rad/s": 1.0, HERTZ: 2 * np.pi}  # in the heading of the first column
 PARTS = "re", "im"
-RESPONSES = 58  # the kind of data set of a universal file that holds them
+RESPONSES, FUNCTION = 58, 4  # the kinds of a data set of a universal file that has one
+RATES = {11: 1, 12: 2}  # the kinds of what is a velocity or an acceleration there
+#: What may have been measured instead: what it is of the response, at omega.
+OTHERS = {
+    "velocities": lambda omega: 1j * omega,
+    "accelerations": lambda omega: -(omega**2),
+    "of the other sign": lambda omega: -1.0,
+}
+CLOSER = 0.1  # of the distance in the median: so much nearer is what was measured
 MOST_PLANTS = 243  # of a family, on a grid of its parameters
 
 
@@ -29,7 +38,8 @@ class MeasuredResponse(ReadOnly):
     omega : (k,) array
         Frequencies in rad/s, not zero.
     H : (k,) array of complex
-        What the sensor says for each unit of the actuator.
+        What the sensor says of a displacement for each unit of the actuator: of an
+        acceleration that divided by -omega^2.
 
     Examples
     --------
@@ -67,7 +77,9 @@ class MeasuredResponse(ReadOnly):
         ----------
         path : str or path
             A table (.csv) under the heading ``Hz,re,im`` or ``rad/s,re,im``; or a
-            universal file (.uff, .unv) with data sets 58, which pyuff reads.
+            universal file (.uff, .unv) with data sets 58, which pyuff reads; its
+            velocities and accelerations become displacements. The frequency zero is
+            left out.
         which : int, optional
             Of several data sets that one, from 0.
 
@@ -88,7 +100,7 @@ class MeasuredResponse(ReadOnly):
                     f"{','.join(heading)!r:.80}"
                 )
             x, re, im = numbers_of(path, rows, heading).T
-            return cls(UNITS[heading[0]] * x, re + 1j * im)
+            return cls(UNITS[heading[0]] * x[x != 0], (re + 1j * im)[x != 0])
 
     @classmethod
     def _universal(cls, path, which):
@@ -100,7 +112,11 @@ class MeasuredResponse(ReadOnly):
                 kinds = [int(kind) for kind in file.get_set_types()]
                 places = [k for k, kind in enumerate(kinds) if kind == RESPONSES]
                 sets = [file.read_sets(k) for k in places]
-                found = [(f"{x['rsp_node']} by {x['ref_node']}", x) for x in sets]
+                found = [
+                    ("{rsp_node}.{rsp_dir} by {ref_node}.{ref_dir}".format(**x), x)
+                    for x in sets
+                    if x["func_type"] == FUNCTION
+                ]
             except ModuleNotFoundError:
                 raise
             except Exception as error:  # a broken file brings it to all kinds of ends
@@ -110,16 +126,18 @@ class MeasuredResponse(ReadOnly):
                 raise ValueError(f"which= must be one of {names or 'no response'}")
             _, data = found[0 if which is None else which]
             x, H = np.asarray(data["x"], float), np.asarray(data["data"], complex)
-            return cls(UNITS[HERTZ] * x[x > 0], H[x > 0])
+            omega, H = UNITS[HERTZ] * x[x != 0], H[x != 0]
+            power = RATES.get(data["ordinate_spec_data_type"], 0)
+            return cls(omega, H / (1j * omega) ** power)
 
     def beside(self, plants, sensor=0, actuator: int = 0) -> "Beside":
         """This response beside those of some plants.
 
         Parameters
         ----------
-        plants : Uncertain or Polytope
+        plants : Uncertain, Polytope or SecondOrderSystem
             A family, whose band is that of a grid of its parameters with its corners,
-            or of its vertices.
+            or of its vertices; or one plant, perhaps a sparse one.
         sensor : int or (n,) array_like
             The displacement that is measured, or a row on z.
         actuator : int
@@ -128,7 +146,7 @@ class MeasuredResponse(ReadOnly):
         Raises
         ------
         ValueError
-            If there is one plant, which has no band, or no such sensor or actuator.
+            If there is no such sensor or actuator.
         """
         several = _plants_of(plants)
         n, m = several[0].B.shape
@@ -138,8 +156,7 @@ class MeasuredResponse(ReadOnly):
             raise ValueError(f"actuator must be one of 0 to {m - 1}, got {actuator}")
         each = [
             [
-                row
-                @ np.linalg.solve(v.S + 1j * w * v.D - w * w * v.M, v.B[:, actuator])
+                row @ _solve(v.S + 1j * w * v.D - w * w * v.M, v.B[:, actuator])
                 for w in self.omega
             ]
             for v in several
@@ -150,7 +167,8 @@ class MeasuredResponse(ReadOnly):
 @dataclass(frozen=True, eq=False)
 class Beside(ReadOnly):
     """A measured response beside those of several plants; its text says how many
-    points lie within their band, in size and in phase.
+    points lie within their band, in size and in phase, or how far they lie from the
+    response of one plant.
 
     ``measured``: the `MeasuredResponse`; ``plants``: (plants, k), their responses.
     """
@@ -181,20 +199,41 @@ class Beside(ReadOnly):
 
     @property
     def share(self) -> float:
-        """How many of all points lie within the band, from 0 to 1."""
+        """How many of all points lie within the band, from 0 to 1; that of one plant is
+        its response.
+        """
         return float(self.inside.mean())
 
+    @property
+    def apart(self) -> np.ndarray:
+        """(k,) array: how far each point lies from the nearest plant's, as a share of
+        that; 0 within the band.
+        """
+        return abs(self.measured.H / self.plants - 1).min(0) * ~self.inside
+
     def __str__(self):
-        inside = self.inside
-        said = (
-            f"{inside.sum()} of {len(inside)} points lie within the band of "
-            f"{len(self.plants)} plants"
-        )
-        if inside.all():
-            return said
-        off = abs(np.log(self.measured.H / self.plants)).min(0) * ~inside
-        k = int(off.argmax())
-        return f"{said}; the furthest outside is at {self.measured.omega[k]:.4g} rad/s"
+        """How far the points lie from the plants, and what else may be measured."""
+        omega, apart = self.measured.omega, self.apart
+        far = f"{omega[apart.argmax()]:.4g} rad/s"
+        if len(self.plants) == 1:
+            half = float(np.median(apart))
+            said = (
+                f"half of {len(apart)} points lie within {100 * half:.2g} % of the "
+                f"plant's response, the furthest {100 * apart.max():.2g} % away, at "
+                f"{far}"
+            )
+        else:
+            said = (
+                f"{self.inside.sum()} of {len(apart)} points lie within the band of "
+                f"{len(self.plants)} plants"
+            )
+            said += f"; the furthest outside is at {far}" * bool(apart.any())
+        for name, factor in OTHERS.items():
+            read = MeasuredResponse(omega, self.measured.H / factor(omega))
+            other = float(np.median(Beside(read, self.plants).apart))
+            if other < CLOSER * np.median(apart):
+                said += f"; read as {name} half of them lie within {100 * other:.2g} %"
+        return said
 
 
 def _plants_of(plants):
@@ -205,7 +244,13 @@ def _plants_of(plants):
         ends = zip(map(float, box.low), map(float, box.high))
         grid = product(*(np.linspace(*pair, few[-1]) for pair in ends))
         return [plants.at(**dict(zip(box.names, values))) for values in grid]
-    several = list(plants.vertices)
-    if len(several) < 2:
-        raise ValueError("one plant has no band: give an Uncertain or a Polytope")
-    return several
+    return list(plants.vertices)
+
+
+def _solve(A, b):
+    """A^-1 b, of a full or a sparse matrix."""
+    if not issparse(A):
+        return np.linalg.solve(A, b)
+    from scipy.sparse.linalg import spsolve
+
+    return spsolve(A.tocsc(), b)

@@ -190,7 +190,7 @@ def read_mat(path, wanted=list):
 
 
 def _fields(name, value):
-    """What a ``value`` of MATLAB holds, by its ``name``, or by those of its fields."""
+    """The ``value`` of MATLAB by its ``name``, or those of its fields by theirs."""
     if getattr(getattr(value, "dtype", None), "names", None) and value.size == 1:
         for field in value.dtype.names:
             yield from _fields(f"{name}.{field}", value[field].item())
