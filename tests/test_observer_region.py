@@ -181,3 +181,17 @@ def test_what_an_observer_of_loads_cannot_do_is_said(more, words):
         found = sos.design_observer(plant, [[0, 0, -1]], region=REGION, reduced=True)
         with pytest.raises(ValueError, match="observer of x alone"):
             found.analyse()
+
+
+def test_more_loads_than_sensors_are_not_told_apart():
+    gantry = sos.SecondOrderSystem(
+        [[1.7, 0.25], [0.25, 0.42]], [[0.03, 0.2], [-0.2, 0.02]],
+        [[3.1, -1.2], [-0.8, 4.1]], [[1, 0.1], [0, 0.6]],
+    )  # fmt: skip
+    K = sos.design_pid(gantry, region=sos.PoleRegion(sigma=1)).K
+    asked = dict(region=sos.PoleRegion(sigma=2), disturbance=True)
+    blind = sos.design_observer(gantry, K, C=[[1, 0, 0, 0]], **asked)
+    assert blind.status == "infeasible" and blind.infeasibility is None
+    assert "2 loads that stay aren't told apart by 1 of the readings" in blind.reason
+    both = sos.design_observer(gantry, K, C=np.eye(2, 4), **asked)
+    assert both.certify().proven and both.reason == ""

@@ -387,3 +387,23 @@ def test_what_no_gain_keeps_is_named():
     assert design.status == "undecided" and design.K is None and not design.kept
     assert "No gain was found that keeps all" in design.reason
     assert "effort" in design.reason and "(asked: at most 0.001)" in design.reason
+
+
+def test_the_decay_that_is_true_stands_beside_the_one_that_was_asked():
+    cart = sos.SecondOrderSystem(0.3, 0.02, 9.81, 2)
+    law = sos.PIDLaw(position=[[1]], filter=0.1)
+    d = sos.design_sampled(cart, law, T=0.05, sigma=0.5)
+    true = -np.log(abs(d.poles()).max()) / 0.05
+    assert d.decay == pytest.approx(true) and true > d.sigma == 0.5
+    assert f"in floats {true:.4g} 1/s" in repr(d)
+
+
+def test_a_loop_with_a_clock_is_simulated_for_some_seconds():
+    cart = sos.SecondOrderSystem(0.3, 0.02, 9.81, 2)
+    law = sos.PIDLaw(position=[[1]], filter=0.1)
+    loop = sos.Loop(cart, law, {"K_P": [[-1]], "K_D": [[-1]]}).at(0.05)
+    with pytest.raises(ValueError, match="^t: .* its ticks.* such as 2$"):
+        loop.simulate([0, 1, 2])
+    with pytest.raises(ValueError, match="^t must be positive"):
+        loop.simulate(-1)
+    assert loop.simulate(2).t[-1] >= 2 - 0.05

@@ -125,3 +125,18 @@ def test_models_keep_the_structure_of_the_law(form, free):
     if form is not None:
         with pytest.raises(ValueError, match="structure allows"):
             sos.analyse_pid(plant, gains | {"K_R": wrong}, law=law)
+
+
+def test_limits_name_the_gain_of_the_models_where_there_are_some():
+    plant = sos.SecondOrderSystem(
+        [[0.9, 0.1], [0.1, 0.33]], [[0.02, 0.05], [-0.05, 0.01]],
+        [[9.81, -2], [-1, 3.2]], [[1, 0.2], [0, 0.7]],
+    )  # fmt: skip
+    inner = sos.PIDLaw(position=np.eye(2), filter=0.02, limits={"K_R": 0.6, "K_P": 30})
+    asked = dict(region=sos.PoleRegion(sigma=0.01))
+    d = sos.design_pid(plant, law=ShapedLaw(inner, sines=[2.3]), **asked)
+    assert d.certify().proven and abs(d.gains["K_R"]).max() <= 0.6
+    assert abs(d.gains["K_P"]).max() <= 30
+    for law in (inner, ShapedLaw(inner, [Filter.lead(1, 2)])):  # without models
+        with pytest.raises(ValueError, match="no gain 'K_R'"):
+            sos.design_pid(plant, law=law, **asked)

@@ -74,7 +74,8 @@ class SampledDesign(ReadOnly):
     at_ticks = True  # what K multiplies
 
     def __repr__(self):
-        return f"<SampledDesign: {self.status}, {self.words}>"
+        true = "" if self.K is None else f"; in floats {self.decay:.4g} 1/s"
+        return f"<SampledDesign: {self.status}, {self.words}{true}>"
 
     def _repr_html_(self):
         found = self.K is not None
@@ -131,6 +132,13 @@ class SampledDesign(ReadOnly):
         """Eigenvalues of the loop from tick to tick: (N,), or one row for a vertex."""
         loops = [loop.F for loop in self.controller().loops]
         return self.request.plant.per_vertex(np.linalg.eigvals(loops))
+
+    @property
+    def decay(self) -> float:
+        """The slowest vertex's decay at the ticks, in 1/s and in floats; `sigma` was
+        asked.
+        """
+        return float(-np.log(np.abs(self.poles()).max()) / self.T)
 
     def report(self, folder: Any, *, controller: Any = None, **asked: Any) -> Any:
         """A page of a ``controller`` in a ``folder``; ``asked``: see `Gains.report`."""

@@ -301,6 +301,9 @@ def seeing_rows(name, rows, columns=None):
     return rows
 
 
+MODELS = "K_R"  # the gain of the models of a ShapedLaw
+
+
 def checked_limits(limits, names):
     """The ``limits`` of gains as floats by name, or a ValueError."""
     if limits is None:

@@ -9,7 +9,15 @@ from ..exact.rational import exact
 from ..plants.checks import matrix, positive
 from ..plants.outputs import Output
 from ..runtime.array_like import ArrayLike
-from .base import Law, Parts, checked_limits, checked_outputs, listed, seeing_rows
+from .base import (
+    MODELS,
+    Law,
+    Parts,
+    checked_limits,
+    checked_outputs,
+    listed,
+    seeing_rows,
+)
 from .structure import Structure, placed
 
 NAMES = "K_P", "K_D", "K_I"
@@ -98,7 +106,7 @@ class PIDLaw(Law):
             integrate=integrate,
             filter=filter,
             form=structure,
-            limits=checked_limits(limits, NAMES),
+            limits=checked_limits(limits, (*NAMES, MODELS)),
         )
         if seen["sensors"] is None:
             for name in ("integrate", "filter", "noise"):

@@ -11,10 +11,8 @@ from ..exact.rational import exact, inverse
 from ..plants.checks import not_negative, numbers, positive
 from ..plants.descriptor_system import OF_TICKS
 from ..runtime.read_only import ReadOnly, put
-from .base import Law, Parts
+from .base import MODELS, Law, Parts
 from .structure import Block, Structure
-
-NAME = "K_R"  # the gain of the internal models
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,9 +120,10 @@ class ShapedLaw(Law):
         a PIDLaw that integrates.
     sines : sequence of float
         Frequencies in rad/s of sines that leave no error: two states for each reading,
-        which grow while it has that frequency. Their gains are ``K_R``, with the zeros
-        and the words of the law's structure: of K_I for a ramp, of K_P (and K_D, where
-        rates are measured) for a sine, so that a decentralised law stays one.
+        which grow while it has that frequency. Their gains are ``K_R``, which the
+        law's ``limits`` may name, with the zeros and the words of the law's structure:
+        of K_I for a ramp, of K_P (and K_D, where rates are measured) for a sine, so
+        that a decentralised law stays one.
 
     Notes
     -----
@@ -245,7 +244,11 @@ class ShapedLaw(Law):
 
     def structure(self, plant: Any) -> Structure:
         """That of the law at a ``plant``, and of its models' gains."""
-        inner, p = self.law.structure(plant), self.parts(plant)
+        p, law, limits = self.parts(plant), self.law, dict(self.law.limits or {})
+        if len(p.signals) > len(law.parts(plant).signals):  # it has models
+            law = copy(law)
+            put(law, limits={k: x for k, x in limits.items() if k != MODELS})
+        inner = law.structure(plant)
         (rows, width), whole = inner.shape, len(p.signals)
         if whole == width:
             return inner
@@ -260,8 +263,8 @@ class ShapedLaw(Law):
         shares = _beside(several)
         ends = np.tile([-np.inf, np.inf], (len(shares), 1))
         place = slice(0, rows), slice(width, whole)
-        more = Block(NAME, *place, shares, np.zeros(shares.shape[1:]), ends)
-        return Structure((rows, whole), (*inner.blocks, more), inner.limits)
+        more = Block(MODELS, *place, shares, np.zeros(shares.shape[1:]), ends)
+        return Structure((rows, whole), (*inner.blocks, more), limits)
 
     def words(self, plant: Any) -> str:
         """The law's words at a ``plant``, and the filters of its readings."""

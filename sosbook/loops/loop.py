@@ -295,12 +295,17 @@ class Loop(ReadOnly):
         Parameters
         ----------
         t : float or (k,) array_like
-            Seconds, or the times; of a loop with a clock seconds alone.
+            For how many seconds, or the times; with a clock the ticks are the times.
         **more
             What these take.
         """
         if isinstance(self.clock, Clock):
-            return self.controller.simulate(t, **more)
+            if np.ndim(t):
+                raise ValueError(
+                    "t: a loop with a clock is seen at its ticks: say for how many "
+                    f"seconds, such as {np.max(t):g}"
+                )
+            return self.controller.simulate(positive("t", t), **more)
         times = np.linspace(0, positive("t", t), MOMENTS) if np.ndim(t) == 0 else t
         design = self.design if self.clock is None else self._rooted
         return design.simulate(times, **more)

@@ -181,6 +181,13 @@ def _by_region(plant, model, region, seconds):
     if found.K is not None and found.status == "feasible":
         L = model.observer_gain(found.K)
     reason = "" if L is not None else f"{OF_TRANSPOSED} {found.reason}"
+    loads = 0 if model.loads is None else model.loads.shape[1]
+    if reason and loads > len(model.C):
+        reason += (
+            f" {loads} loads that stay aren't told apart by {len(model.C)} of the "
+            "readings: measure as many as there are loads, or say by disturbance=... "
+            "where fewer of them push."
+        )
     known = dict(L=L, margins=found.margins, reason=reason, model=model)
     return ObserverDesign(plant, model.K, model.C, found.status, **known)
 

@@ -117,7 +117,7 @@ def hasty(poles, filter_time, cure="ask for rho, too, or for limits"):
 
 def at_limits(kappa, ends, blocks):
     """Words for the free numbers ``kappa``, (k,), that are at their ``ends``, (2, k),
-    or beyond, by the ``blocks`` of their gains, and the argument that moves the last of
+    by the ``blocks`` of their gains, and the argument that moves the last of
     them; empty without one.
     """
     start, words, moves = 0, [], "limits"

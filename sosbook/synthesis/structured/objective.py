@@ -102,12 +102,15 @@ class Objective:
         self.axis = [(np.zeros((1, 1)), np.eye(1), 2 * task.rate)]
 
     def __call__(self, x):
-        """(value, slope) at x; a point beyond the limits is charged for it."""
+        """(value, slope) at x; beyond the limits those of the nearest point within, and
+        a charge for the way to it: what is below zero is so for a gain of the law.
+        """
         kappa = x * self.unit
-        value, S = self._of(self.loops.K(kappa))
+        within = self.task.inside(kappa)
+        value, S = self._of(self.loops.K(within))
         if not np.isfinite(value):
             return np.inf, np.zeros_like(x)
-        slope = self.loops.slope(S) * self.unit
+        slope = np.where(within == kappa, self.loops.slope(S) * self.unit, 0.0)
         low, high = self.task.ends
         off, half = kappa - (low + high) / 2, (high - low) / 2
         over = np.abs(off) / half - 1

@@ -87,7 +87,7 @@ def search(task, loops, starts, seed, near=(), make=Objective, begin=None, turns
                 break
     except OutOfTime:
         return _so_far(function, tried, bounded, count)
-    return Found(x * unit, value, count)
+    return Found(task.inside(x * unit), value, count)
 
 
 def _so_far(function, tried, bounded, count):
@@ -102,7 +102,8 @@ def _so_far(function, tried, bounded, count):
             value = function(best.unit, bounded)(best.at)[0]
         except OutOfTime:  # a norm takes too long
             value = np.inf
-    return Found(best.at * best.unit, value, count, True)
+    kappa = best.task.inside(best.at * best.unit)
+    return Found(kappa, value, count, True)
 
 
 def _norms(function, found, enough):
