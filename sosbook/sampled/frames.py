@@ -20,7 +20,8 @@ __all__ = ["with_frames"]
 
 WEIGHTS = 0, 0.03, 0.1, 0.3, 1, 3, 10, 100, 1e4  # of the motion, in a frame
 SCALES = 1, 0.1, 10, 0.01, 100  # of the inputs, beside the plant's states
-BALANCES, BALANCED = 60, 1e-9  # times that rows and columns are made alike; how far
+USUAL = 1, 0.03, 1  # plain, weight, share: where one box suffices, no more are tried
+BALANCES, BALANCED = 60, 1e-2  # times that rows and columns are made alike; how far
 MOST_BOXES, DEEPEST = 600, 10  # that are tried; then balls decide alone
 ROOM = 1e-12  # that floats must see in a block which is proven
 R_DIGITS = 12
@@ -75,11 +76,16 @@ class _Writer:
 
     def _leaf(self, corners, L, P, multipliers, depth):
         """A leaf of the text, or halves of it."""
-        styles = [self.style] if self.style and L.tobytes() not in self.frames else []
+        times = cut = None
+        styles = [self.style or USUAL] if L.tobytes() not in self.frames else []
         for style in (*styles, None):
-            frame, index = self._frame(L, style)
+            framed = self._frame(L, style)
+            if framed is None:  # motions grow too fast in it
+                continue
+            frame, index = framed
             cell = self.numbers.cell(corners, frame)
-            times, cut = self._times(cell, P, multipliers)
+            whole = style is not None and self.style is None
+            times, cut = self._times(cell, P, multipliers, whole)
             if times is not None:
                 break
         if times is not None:
@@ -129,7 +135,7 @@ class _Writer:
         return self.frames[key][0]
 
     def _frame(self, L, style):
-        """The frame for L, and its style: see `_searched`."""
+        """The frame for L, and its style, or None: see `_searched`."""
         if L.tobytes() in self.frames:
             return self.frames[L.tobytes()][1], None
         key = L.tobytes(), style
@@ -138,18 +144,27 @@ class _Writer:
         return self.searched[key]
 
     def _searched(self, L, style):
-        """The frame, of some, in which a tick's third order is smallest; its style."""
-        found = []
-        for one in product((0, 1), WEIGHTS) if style is None else [style[:2]]:
-            R, scale = self._balanced(L, *one)
-            for share in SCALES if style is None else style[2:]:
-                frame = self.numbers.frame(L, R, float(f"{share * scale:.3g}"))
-                strain = self._strain(self.numbers.cell(self.corners, frame))
-                found.append((strain, len(found), frame, (*one, share)))
-        strain, _, frame, style = min(found, key=lambda x: x[:2])
-        if not np.isfinite(strain):
-            raise GaveUp
-        return frame, style
+        """The frame, of some, in which a tick's third order is smallest, and its
+        style; None where it is infinite in each.
+
+        The axes are chosen first, then the inputs' share beside them.
+        """
+
+        def tried(one, share):
+            R, scale = axes[one]
+            frame = self.numbers.frame(L, R, float(f"{share * scale:.3g}"))
+            strain = self._strain(self.numbers.cell(self.corners, frame))
+            return strain, frame, (*one, share)
+
+        ones = product((0, 1), WEIGHTS) if style is None else [style[:2]]
+        axes = {one: self._balanced(L, *one) for one in ones}
+        best = np.inf, None, None
+        for share in SCALES if style is None else style[2:]:
+            several = [best[2][:2]] if np.isfinite(best[0]) else axes
+            found = [tried(one, share) for one in several]
+            best = min(best, *found, key=lambda x: x[0])
+        strain, frame, style = best
+        return (frame, style) if np.isfinite(strain) else None
 
     def _balanced(self, L, plain, weight):
         """R and scale: of L's own axes or the plant's, with rows as long as columns.
@@ -202,8 +217,10 @@ class _Writer:
 
     # ---- clocks
 
-    def _times(self, cell, P, multipliers):
-        """The tree of a cell's clocks, or None and where the cell of plants is cut."""
+    def _times(self, cell, P, multipliers, whole=False):
+        """The tree of a cell's clocks, or None and where the cell of plants is cut;
+        None, too, where the clocks had to be cut and a ``whole`` box is asked for.
+        """
 
         numbers = self.numbers
 
@@ -230,7 +247,7 @@ class _Writer:
                     if room > ROOM:
                         found = {"share": decimal(share)} if bends else {}
                         return found | ({} if G is None else {"G": decimals(G)}), None
-            if not bends:
+            if whole or not bends:
                 return None, None
             cut = self._cut(cell, spans, bends, left)
             if cut not in ("T", "delay"):
