@@ -402,7 +402,7 @@ def test_a_loop_with_a_clock_is_simulated_for_some_seconds():
     cart = sos.SecondOrderSystem(0.3, 0.02, 9.81, 2)
     law = sos.PIDLaw(position=[[1]], filter=0.1)
     loop = sos.Loop(cart, law, {"K_P": [[-1]], "K_D": [[-1]]}).at(0.05)
-    with pytest.raises(ValueError, match="^t: .* its ticks.* such as 2$"):
+    with pytest.raises(ValueError, match="^t must be a finite number"):
         loop.simulate([0, 1, 2])
     with pytest.raises(ValueError, match="^t must be positive"):
         loop.simulate(-1)

@@ -300,11 +300,6 @@ class Loop(ReadOnly):
             What these take.
         """
         if isinstance(self.clock, Clock):
-            if np.ndim(t):
-                raise ValueError(
-                    "t: a loop with a clock is seen at its ticks: say for how many "
-                    f"seconds, such as {np.max(t):g}"
-                )
             return self.controller.simulate(positive("t", t), **more)
         times = np.linspace(0, positive("t", t), MOMENTS) if np.ndim(t) == 0 else t
         design = self.design if self.clock is None else self._rooted
