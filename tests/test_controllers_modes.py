@@ -8,15 +8,18 @@ import pytest
 from scipy.linalg import expm, solve_discrete_lyapunov
 
 import sosbook as sos
-from sosbook.controllers import CompiledCode, modes
-from sosbook.controllers.bounds import proven_decay
+from sosbook.controllers import CompiledCode, bounds, modes
+from sosbook.controllers.bounds import proven_decay, rest
 from sosbook.controllers.cells import Joined, work
+from sosbook.controllers.follow import per_unit
 from sosbook.controllers.modes import by_modes
+from sosbook.controllers.profile import Profile
 from sosbook.exact.definite import round_digits
 from sosbook.exact.rational import exact
 from sosbook.sampled.balls import middle
 from sosbook.sampled.timing import TimeBox
 from tests.cases import campaign
+from tests.test_controllers_motions import late
 
 ARM = 0.3 * 9.81  # how the panel turns with the satellite
 INERTIAS, SPRINGS = (65.7, 118.3), (2.943, 3.5)
@@ -83,6 +86,13 @@ def test_few_cells_hold_a_family_whose_loops_hardly_fall(make):
     assert min(map(worst, leaves)) > 0
 
 
+def test_where_little_falls_modes_are_asked_first(monkeypatch):
+    """The LMIs of its cells took 9 s of a processor, and were undecided."""
+    monkeypatch.setattr(bounds, "cover", lambda *_: pytest.fail("LMIs were asked"))
+    rho, _ = proven_decay(slow())
+    assert rho < 1
+
+
 def test_what_does_not_fall_by_a_rate_is_not_proven():
     c = slow()
 
@@ -111,6 +121,35 @@ def test_a_norm_is_positive():
     assert np.linalg.eigvalsh(P)[0] < 0
     false = replace(cell, P=np.array([round_digits(P, 17)]))
     assert not modes._least(false, exact(slow_pace)) > 0
+
+
+def test_a_quick_move_is_bounded_as_its_plants_go():
+    """A limit that is far lets it jump. What other plants do was counted as if it moved
+    for ever: three times too much was bounded, and no arrival proven.
+    """
+    c, way = slow(), 0.5
+    r = Profile(2.5, 25.0, 250.0, c.T).points(way)
+    asked, arrived, proven = [], [], []
+    for output in (0, None):
+        units = per_unit(c, rest(c, 0), 0, output, most=4)
+        proven.append([k.largest(r, c.T) for k in units.kernels])
+    proven.append([k.arrival(r, c.T, 0.02 * way) for k in units.kernels])
+    effort, away, arrival = map(max, proven)
+    for J in np.linspace(*INERTIAS, 4):
+        F, g, h = late(c, satellite(J, 2.943))
+        x, seen = np.zeros(len(F)), []
+        for k in range(6000):
+            goal = r[min(k, len(r) - 1)]
+            seen.append((h @ x + c.D_r[0, 0] * goal, x[0] - goal, x[0] - way))
+            x = F @ x + g * goal
+        *sizes, left = abs(np.array(seen)).T
+        asked.append([x.max() for x in sizes])
+        arrived.append(c.T * (np.flatnonzero(left > 0.02 * way)[-1] + 1))
+    true = np.max(asked, axis=0)
+    assert (true <= [effort, away]).all() and (
+        true * [1.8, 1.05] > [effort, away]
+    ).all()
+    assert max(arrived) <= arrival <= 1.1 * max(arrived)
 
 
 @pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")

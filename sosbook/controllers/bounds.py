@@ -26,6 +26,7 @@ from .tube import SAFE, Tube
 
 RATES = ((0.6, 32), (0.3, 128), (0.1, 512))  # of log(radius) to prove, and cells for it
 GOOD = 1.02  # of what is true of the corners: no more halving
+HARDLY = 1e-3  # that falls from tick to tick: modes first, LMIs would end undecided
 LEAST = 0.01  # radius that is asked for: of loops that are at rest after some ticks
 MOST_TERMS = 60_000  # that floats add
 MOST_CELLS = 128  # of tubes; then any bound is taken
@@ -132,16 +133,22 @@ def proven_decay(c):
         rho = float(f"{max(c.radius, LEAST) ** share:.6g}")
         if not rho < 1:
             continue
-        tree, _ = cover(family, clocks, rho, budget)
-        if tree is not None:
-            leaves = _leaves(tree, family.shape)
-            return rho, [
-                (w, exact(L), exact(_each(P, len(w), len(L))))
-                for w, L, _, P, _ in leaves
-            ]
-        if leaves := by_modes(family, clocks, rho, budget, sizes):
-            return rho, leaves
+        ways = [_covered, by_modes]
+        for way in ways[:: -1 if 1 - rho < HARDLY else 1]:
+            if found := way(family, clocks, rho, budget, sizes):
+                return rho, found
     return None
+
+
+def _covered(family, clocks, rho, budget, _):
+    """As `by_modes`, by `cover`."""
+    tree, _ = cover(family, clocks, rho, budget)
+    if tree is None:
+        return None
+    return [
+        (w, exact(L), exact(_each(P, len(w), len(L))))
+        for w, L, _, P, _ in _leaves(tree, family.shape)
+    ]
 
 
 def _moved(loop):

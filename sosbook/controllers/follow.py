@@ -84,12 +84,16 @@ class Kernel:
 
     ``now``, (3, corners): h x_r + d, which is zero but for a u that springs ask, h y_v
     and h y_a; ``later``, (3, ticks, corners): h F^i y_a, h F^i y_v and h F^i x_r;
-    ``spare``, (3, 4): how much other plants differ, by each bound, a unit of R, V, A
-    and J.
+    ``off``, (3, ticks): how much these differ in other plants; from then on they are at
+    most ``tail``, (3,), and fall by ``rho``; ``spare``, (3, 4): how much the rest
+    differs, by each bound, a unit of R, V, A and J.
     """
 
     now: np.ndarray
     later: np.ndarray
+    off: np.ndarray
+    tail: np.ndarray
+    rho: float
     spare: np.ndarray
 
     def largest(self, r, T, proven=True):
@@ -120,8 +124,15 @@ class Kernel:
         blur = (SAFE - 1) * size + 8 * 2.0**-52 * abs(r).max() / T ** np.arange(4)
         if not proven:
             return [self._by(2, moves, T)]
-        doubts = [self._doubt(k, T) @ blur + self.spare[k] @ size for k in range(3)]
-        return [SAFE * (self._by(k, moves, T) + doubts[k]) for k in range(3)]
+        courses = []
+        for k in range(3):
+            course, sizes = self._by(k, moves, T), abs(moves[3 - k])
+            course[1:-1] += T * fftconvolve(sizes, self.off[k])
+            doubt = self._doubt(k, T) @ blur + self.spare[k] @ size
+            long = min(sizes.max() / (1 - self.rho), sizes.sum())
+            doubt += T * self.tail[k] * long
+            courses.append(SAFE * (course + doubt))
+        return courses
 
     def _by(self, k, moves, T):
         """(ticks,) the size at the worst corner, by bound k, of the ``moves`` r, v, a
@@ -140,7 +151,7 @@ class Kernel:
         """(4,) how much an error of r, v, a or j is felt in `_by`."""
         found, count = np.zeros(4), 3 - k
         found[:count] = abs(self.now[:count]).max(axis=1)
-        found[count] = T * abs(self.later[k]).sum(axis=0).max()
+        found[count] = T * (abs(self.later[k]).sum(axis=0).max() + self.off[k].sum())
         return found
 
 
@@ -171,18 +182,19 @@ def per_unit(c, x, j, output, most=MOST_CELLS):
             u, doubt = _largest(tube, row.row, rest, away)
             u, doubt = u + row.direct, doubt + (SAFE - 1) * abs(row.direct)
         now.insert(0, (u, doubt))
-        found, spare, excess, later = np.zeros((3, 4)), np.zeros((3, 4)), [], []
+        found, spare, excess, courses = np.zeros((3, 4)), np.zeros((3, 4)), [], []
         for k, start in enumerate(((y_a,), (y_v,), (rest, away))):
             near, off, tail = tube.motion(*start, ticks=ticks).seen(row.row)
             sizes = T * abs(near[:-1]).sum(axis=0).max()
             late = T * (off[:-1].sum() + tail / (1 - tube.rho))
-            later.append(near[:-1])
-            spare[k, : 4 - k] = [*(doubt for _, doubt in now[: 3 - k]), late]
-            found[k, : 4 - k] = [*(abs(h).max() for h, _ in now[: 3 - k]), sizes]
+            courses.append((near[:-1], off[:-1], tail))
+            spare[k, : 3 - k] = [doubt for _, doubt in now[: 3 - k]]
+            found[k, : 4 - k] = [*(abs(h).max() for h, _ in now[: 3 - k]), sizes + late]
             excess.append(late - (GOOD - 1) * sizes)
         found += spare
         excess.append(doubt + sum(lost) - (GOOD - 1) * found[0].sum())
-        kernel = Kernel(np.array([h for h, _ in now]), np.array(later), spare)
+        later = map(np.array, zip(*courses))
+        kernel = Kernel(np.array([h for h, _ in now]), *later, tube.rho, spare)
         return (found * SAFE, kernel), max(excess)
 
     found = of_all_plants(c, joined, judged, most) if most else None
