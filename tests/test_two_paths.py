@@ -269,7 +269,48 @@ def test_a_solid_fills_no_more_than_its_band(size):
     order = reverse_cuthill_mckee(S, symmetric_mode=True)
     most = 1.1 * splu(S[order][:, order].tocsc(), permc_spec="NATURAL").L.nnz
     assert symmetric_factor(S).L.nnz < most
-    assert splu(S.astype(complex), **SYMMETRIC).L.nnz < most
+    columns = pencil_of(S).columns
+    assert splu(S.astype(complex), permc_spec=columns, **SYMMETRIC).L.nnz < most
+
+
+def pencil_of(S):
+    """The loop of a structure without a controller."""
+    n, none = S.shape[0], np.zeros((0, 0))
+    K, G, C = np.zeros((1, 2 * n)), np.zeros((0, 2 * n)), np.zeros((1, 0))
+    one = sp.eye_array(n, format="csc")
+    return Pencil(one, 0.01 * one, S, np.eye(n)[:, :1], K, none, G, C)
+
+
+def joints(*size):
+    """A grid of springs that is held all around."""
+    rows = (
+        sp.diags_array([-1.0, 2, -1], offsets=[-1, 0, 1], shape=(k, k)) for k in size
+    )
+    return sp.csc_array(sp.kronsum(*rows))
+
+
+def frame(*size):
+    """Three displacements a joint, which all couple."""
+    return sp.csc_array(sp.kron(joints(*size), 9.81 * (np.eye(3) + 0.3)))
+
+
+def plate(*size):
+    """The stiffness of a thin plate by finite differences."""
+    return sp.csc_array(joints(*size) @ joints(*size))
+
+
+SHAPES = [frame(40, 12), frame(3, 120), plate(40, 30), bars(40, 5, 5)]
+
+
+@pytest.mark.parametrize("S", SHAPES, ids=["wide", "tower", "plate", "lattice"])
+def test_factors_take_the_order_that_fills_least(S):
+    """Of the two that SuperLU has for such a pattern, at a pole as well."""
+    at = (1.7 + 9.81j) ** 2 * sp.eye_array(S.shape[0]) + S
+    fills = {
+        order: splu(sp.csc_array(at), permc_spec=order, **SYMMETRIC).nnz
+        for order in sparse.ORDERS
+    }
+    assert fills[pencil_of(S).columns] < 1.1 * min(fills.values())
 
 
 def test_a_broken_claim_ends_the_search_of_a_sparse_plant(monkeypatch):

@@ -1,6 +1,7 @@
 """Large plants under a gain: their poles, in floats."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from warnings import catch_warnings
 
 import numpy as np
@@ -15,6 +16,7 @@ from scipy.sparse.linalg import (
 )
 
 from ..plants.modes import NUDGES, negatives, symmetric_factor
+from ..plants.sparse import least_filled
 from ..runtime.read_only import ReadOnly
 from ..runtime.threads import one_thread
 from ..runtime.time_limit import check_time, check_time_of_eigenvalues
@@ -23,9 +25,7 @@ STEPS = 5  # of Newton's method; each squares the error, which begins near 1e-9
 SETTLED = 1e-10  # of the pole's size: the next step is the square of a smaller one
 SHARP = 1e-10  # residual, of the sizes of its terms; a larger one is no pole's
 LAST_STEP = 1e-6  # of the pole's size: two poles that coincide settle slowly
-SYMMETRIC = dict(
-    permc_spec="COLAMD", diag_pivot_thresh=0.01, options=dict(SymmetricMode=True)
-)
+SYMMETRIC = dict(diag_pivot_thresh=0.01, options=dict(SymmetricMode=True))
 AT_ONCE = 6  # poles near each point where a sparse pencil is looked at
 RESTARTS = 5  # of Arnoldi's method; far from all poles it doesn't settle at all
 LOOSE = 1e-8  # relative, of its values: each pole is settled afterwards
@@ -63,6 +63,11 @@ class Pencil(ReadOnly):
         first = not issparse(self.M) and not np.any(self.M)
         return (2 - first) * self.n + len(self.A)
 
+    @cached_property
+    def columns(self):
+        """The order of columns in which factors of a sparse plant fill least."""
+        return least_filled(abs(self.M) + abs(self.D) + abs(self.S))
+
     def _gains(self, s):
         """K and G at s, as factors of q."""
         return (x[:, : self.n] + s * x[:, self.n :] for x in (self.K, self.G))
@@ -78,7 +83,9 @@ class Pencil(ReadOnly):
             with catch_warnings(action="error", category=LinAlgWarning):
                 factors = lu_factor(loop)
             return lambda x: lu_solve(factors, x)
-        factor = splu(csc_array(plant, dtype=complex), **SYMMETRIC)
+        factor = splu(
+            csc_array(plant, dtype=complex), permc_spec=self.columns, **SYMMETRIC
+        )
         moved, W = factor.solve(self.B.astype(complex)), np.vstack([K, G])
         loop = np.block([[np.eye(m) - K @ moved, -self.C], [-G @ moved, A]])
         small = np.linalg.inv(loop)  # of u and x_c
@@ -226,7 +233,8 @@ class Pencil(ReadOnly):
         """
         for nudge in NUDGES:
             at = nudge * s
-            factor = symmetric_factor(csc_array(at * at * M + at * D + S))
+            x = csc_array(at * at * M + at * D + S)
+            factor = symmetric_factor(x, self.columns)
             if factor is not None:
                 break
         else:

@@ -173,11 +173,12 @@ def negatives(x):
     return None if factor is None else int((factor.U.diagonal() < 0).sum())
 
 
-def symmetric_factor(x):
-    """`sparse_factor` of a symmetric sparse ``x``, whose diagonal has the signs of its
-    eigenvalues; None where rows were exchanged, or rounding spoilt it.
+def symmetric_factor(x, *order):
+    """`sparse_factor` of a symmetric sparse ``x``, perhaps in an ``order``, whose
+    diagonal has the signs of its eigenvalues; None where rows were exchanged, or
+    rounding spoilt it.
     """
-    factor = sparse_factor(x)
+    factor = sparse_factor(x, *order)
     if factor is None or (factor.perm_r != factor.perm_c).any():
         return None
     v = np.random.default_rng(0).normal(size=x.shape[0])
