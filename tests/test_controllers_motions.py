@@ -433,7 +433,7 @@ def test_a_weight_of_a_magnet_that_holds_a_rotor():
         assert asked <= found.effort[0].proven <= 5.0
     assert found.overshoot.proven <= 0.1 and 0 < soft.R[0, 0] < 1
     for over, most in ((0.05, 5.0), (0.5, 0.5)):
-        with pytest.raises(ValueError, match="no b keeps to it.*proven in balls"):
+        with pytest.raises(ValueError, match="no b keeps to it.*proven by one program"):
             c.bounds.weights(over, most, size=1e-4)
 
 

@@ -48,6 +48,11 @@ def test_a_checker_without_a_need_is_noticed_by_the_file_that_it_refuses():
     assert inputs.notices("known", "Known._cells", (), source, 60.0) is False
 
 
+def test_each_input_enters_what_a_cache_kept_of_another():
+    whole = "asked", json.dumps(base("a mode beside a sector"))
+    assert {*Inputs([whole, whole]).near("regions", "tangent", ())} == {0, 1}
+
+
 def test_a_change_without_an_end_is_noticed():
     source = (CHECKER / "kernel.py").read_text("utf-8")
     endless = source.replace(

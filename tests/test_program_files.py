@@ -364,6 +364,19 @@ def test_every_other_file_is_held_to_the_record(folder, capsys):
     assert verify(folder, capsys)[0] == 0
 
 
+def test_a_file_that_nothing_was_said_of_is_named(folder, capsys):
+    """A profile of moves, or a bench's plants without the record, is no part of it."""
+    for path in (folder / "axis_move.h", folder / "axis_sketch" / "axis_more.c"):
+        path.write_text("int x;\n", "utf-8")
+    status, said = verify(folder, capsys)
+    assert status == 0
+    assert "axis_move.h, axis_more.c: NOT compared, since nothing" in said
+    (folder / "program_axis.json").unlink()
+    status, said = verify(folder, capsys)
+    assert status == 0
+    assert "axis_move.h, axis_plants.h, axis_more.c: NOT compared, since" in said
+
+
 def test_a_file_that_is_none_of_the_program_is_refused(folder, capsys):
     for name in ("axis_bench.c", "other.c", "axis_plants.h"):
         (folder / name).write_text("int x;\n", "utf-8")

@@ -59,7 +59,7 @@ def test_a_weight_keeps_what_was_asked_of_every_plant(encoder):
 
 
 def test_what_no_weight_does_is_refuted_and_no_other_one_is_found(encoder):
-    with pytest.raises(ValueError, match="no b keeps to it.*J2 = .*proven in balls"):
+    with pytest.raises(ValueError, match="no b keeps to it.*J2 = .*by one program"):
         encoder.bounds.weights(0.05, 0.3, output="load")
     for b in np.linspace(-0.6, 1.2, 4):
         c = encoder.set_point(b=b)

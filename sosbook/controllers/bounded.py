@@ -19,6 +19,8 @@ SECONDS = 60.0  # for a bound; the count of its cells ends most sooner
 class Bounded:
     """A bound of an output: proven for every plant, and what floats see at corners.
 
+    The bound is an enclosure of one program, this package: no file holds it.
+
     Parameters
     ----------
     proven : float or None

@@ -76,7 +76,7 @@ def weighted(c, overshoot, effort, size, j, output, band):
                 at = [f"{plants[i][0]} at {k * c.T:.4g} s" for _, i, k in places]
                 raise ValueError(
                     f"no b keeps to it: b must be below {high:.4g} for {at[1]} and "
-                    f"above {low:.4g} for {at[0]}, proven in balls of these plants"
+                    f"above {low:.4g} for {at[0]}: proven by one program, in balls"
                 )
             break
         rows = [(i, BAND * asked[1]) for i in (0, below)]

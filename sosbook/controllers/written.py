@@ -134,7 +134,21 @@ def changes(folder, name):
             "limits, ramps, faults, set points, bounds and words: NOT compared, since "
             f"there is no program_{name}.json beside it"
         )
+    held = {folder / f"{name}{end}" for end in (*files, GAINS)}
+    held |= {path for path, _ in others}
+    held |= {folder / file for found in records.values() for file in found["files"]}
+    if left := [*_left(folder, name, held)]:
+        said.append(f"{', '.join(left)}: NOT compared, since nothing says what it was")
     return list(dict.fromkeys(faults)), said
+
+
+def _left(folder, name, held):
+    """The names of a program's C files that are not ``held`` to anything."""
+    for path in sorted({*folder.glob(f"{name}*.[ch]")} - held):
+        yield path.name
+    for path in sorted({*(folder / f"{name}_sketch").glob("*.[ch]")} - held):
+        if not (folder / path.name).is_file():
+            yield path.name
 
 
 def _defined(text, numbers, name, robot):
