@@ -205,6 +205,31 @@ def test_a_band_is_what_the_curves_span():
     assert [p[0] for p in band[:3]] == [p[0] for p in band[:2:-1]]
 
 
+def test_a_long_label_is_drawn_within_its_chart():
+    """Nyquist's was cut where it says what its mark is."""
+    t = np.linspace(0, 1, 5)
+    for label, close in (
+        ("u", False),
+        ("Im of L at axis two, to the size 4" * 3, True),
+    ):
+        svg = chart([(t, t)], label)
+        wide = float(re.search('viewBox="0 0 ([0-9.]+) ', svg)[1])
+        words = re.search(f'<text x="([0-9.]+)"[^>]*>{re.escape(label)}', svg)
+        assert ("textLength" in words[0]) == close
+        if close:
+            length = float(re.search('textLength="([0-9.]+)"', words[0])[1])
+            assert float(words[1]) + length <= wide
+
+
+def test_margins_whose_time_is_over_say_so():
+    c = cart()
+    short, whole = (c.margins(time_limit=s, sharp=False) for s in (1e-9, 60))
+    assert short.stopped and short.disk.proven is None
+    assert not whole.stopped and whole.disk.proven > 0
+    for margins in (short, whole):
+        assert ("the time was over" in repr(margins)) == margins.stopped
+
+
 def test_the_clock_goes_as_far_as_own_sequences_of_ticks():
     c = drives()
     _, _, _, plants = CASES["drive, u"]

@@ -9,6 +9,7 @@ LEFT, TOP, RIGHT, LOW = 68.0, 26.0, 22.0, 44.0  # around it
 POINTS = 400  # of a curve
 STYLES = ("", "7 3", "2 3", "9 3 2 3")  # dashes, so that no colour is needed
 COLOURS = ("#114", "#a40", "#075", "#808")  # of every four curves with these dashes
+LETTER = 6.5  # as wide as one is, of a label
 NEAR = 3.0  # times what curves span: a limit that is further away is only said
 STYLE = ".sos-keys{list-style:none;padding:0}"
 
@@ -96,7 +97,7 @@ def chart(
             _text(LEFT + s * WIDTH, TOP + HEIGHT + 18, f"{t:.3g}", anchor),
         ]
     parts += [
-        _text(LEFT, TOP - 10, label, "start"),
+        _text(LEFT, TOP - 10, label, "start", WIDTH + RIGHT),
         _text(LEFT + WIDTH / 2, TOP + HEIGHT + 36, across, "middle"),
     ]
     words = escape(f"{label} over {across}, {len(curves)} corners", quote=True)
@@ -109,6 +110,10 @@ def chart(
     )
 
 
-def _text(x, y, words, anchor):
+def _text(x, y, words, anchor, room=np.inf):
+    """``words`` at a place, drawn closer where they are longer than their ``room``."""
+    close = ""
+    if len(words) * LETTER > room:
+        close = f' textLength="{room:g}" lengthAdjust="spacingAndGlyphs"'
     words = escape(words)
-    return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}">{words}</text>'
+    return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}"{close}>{words}</text>'

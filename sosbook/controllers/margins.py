@@ -91,6 +91,8 @@ class Margins:
         wasn't asked.
     open_loop : OpenLoop
         Its frequency response at some plants, and charts.
+    stopped : bool
+        Whether the time was over before all was looked for.
     """
 
     at: str
@@ -99,6 +101,7 @@ class Margins:
     disk: Margin
     delay: Margin | None
     open_loop: OpenLoop
+    stopped: bool = False
 
     def __repr__(self):
         low, high = self.gain
@@ -111,6 +114,8 @@ class Margins:
         ]
         if self.delay is not None:
             lines.append(f"  delay of all inputs, more: {self.delay}")
+        if self.stopped:
+            lines.append("  the time was over: a longer time_limit may prove more")
         return "\n".join(lines)
 
     def _repr_html_(self):
@@ -238,11 +243,13 @@ def margins_of(c, at=0, seconds=60.0, sharp=True):
     known = {x: loop.seen(x) for x in ("low", "high", "phase", "disk")}
     late, which = _latest(c, several, loop) if sharp else (np.inf, 0)
     disks, found = [], dict.fromkeys(("disk", "low", "high", "phase", "delay"))
+    stopped = True
     with suppress(OutOfTime), time_limit(checked_seconds(seconds, needed=True)):
         _of_disks(cut, loop, known, disks, found)
         if sharp:
             _of_delay(c, late, found)
             _of_gains(cut, loop, known, disks)
+        stopped = False
     if disks:  # what they hold is known, also where the time has ended a search
         found["phase"] = np.degrees(max(_covered(*x) for x in disks)) * (1 - 1e-9)
         low, high = _joined(disks)
@@ -260,6 +267,7 @@ def margins_of(c, at=0, seconds=60.0, sharp=True):
         margin("disk"),
         margin("delay", "s") if sharp else None,
         loop,
+        stopped,
     )
 
 
