@@ -151,6 +151,8 @@ def without_mass():
         (with_row(-1, M=1e-3, S=1e36), 1),
         (without_mass(), 1),
         ({"own": {"Mff": M, "Kff": S}}, 2),
+        ({"job": {"fe": {"Mff": M, "Kff": S}, "tool": {"of": "x"}}}, 2),
+        ({"Mass": M, "Damp": M, "Stiff": S, "B": np.eye(4)}, 1),
     ],
 )
 def test_the_cure_that_a_refusal_names_works(given, refusals, tmp_path):
