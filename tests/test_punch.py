@@ -151,7 +151,7 @@ def without_mass():
         (with_row(-1, M=1e-3, S=1e36), 1),
         (without_mass(), 1),
         ({"own": {"Mff": M, "Kff": S}}, 2),
-        ({"job": {"fe": {"Mff": M, "Kff": S}, "tool": {"of": "x"}}}, 2),
+        ({"job": {"fe": {"Mff": M, "Kff": S}}}, 2),
         ({"Mass": M, "Damp": M, "Stiff": S, "B": np.eye(4)}, 1),
     ],
 )
