@@ -11,6 +11,7 @@ import sosbook as sos
 from sosbook.controllers import CompiledCode, StepLimits, code_fault, sampled_search
 from sosbook.controllers.sampled_search import SampledSearch
 from sosbook.requirements import LMIRegion
+from sosbook.runtime.time_limit import OutOfTime
 from tests.cases import campaign
 
 T = 0.4  # s, with modes at 0.57 and 1.6 rad/s; an answer is a tick late
@@ -298,6 +299,25 @@ def test_time_that_is_over_says_what_to_turn(monkeypatch):
     monkeypatch.setattr(sampled_search, "SEARCH", 1e-9)
     some = sos.design_sampled(PAIRS, PID, T, T, search=sos.Search(time_limit=30))
     assert "a longer time_limit goes further" in some.reason
+
+
+def test_a_gain_whose_proof_has_no_time_left_is_not_called_too_slow(monkeypatch):
+    """A satellite's reached what was asked, and its owner was told to ask for less."""
+
+    def late(*_):
+        raise OutOfTime
+
+    monkeypatch.setattr(SampledSearch, "_best", late)
+    cart = sos.SecondOrderSystem(9.81, 0, 0, 3)
+    law = sos.PIDLaw(position=[[1]], filter=0.5)
+    limits = StepLimits(effort=100)
+    for more in ({"sigma": 0.2}, {}, {"sigma": 0.2, "requirements": [limits]}):
+        design = sos.design_sampled(cart, law, T=0.5, delay=0.5, **more)
+        assert design.status == "undecided"
+        assert "before it was proven" in design.reason
+        assert "ask for less" not in design.reason and "starts had" not in design.reason
+    design = sos.design_sampled(cart, law, T=0.5, delay=0.5, sigma=40)
+    assert "ask for less" in design.reason
 
 
 @pytest.mark.parametrize("effort", [None, 0.2])

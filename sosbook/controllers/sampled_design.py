@@ -175,8 +175,8 @@ def design_sampled(
         what ended it.
     requirements : iterable, optional
         What else is asked at the ticks, and proven: an `HInfinity` of a channel, an
-        `LMIRegion.disk` of z, a `StepLimits`. Without ``sigma`` the decay is the
-        fastest that keeps them.
+        `LMIRegion.disk` of z, a `StepLimits` of `sosbook.controllers`. Without
+        ``sigma`` the decay is the fastest that keeps them.
     search : Search
         Its ``backoff`` is the share of the fastest decay that is given away for the
         proof; up to fifty times as much, where plants between the vertices need it.

@@ -23,6 +23,7 @@ SEARCH = 0.5  # of the time, for the search; the rest is for the proof
 STOPPED = (
     " The time was over when {} starts had begun: a longer time_limit goes further."
 )
+UNPROVEN = " The time was over before it was proven: a longer time_limit goes further."
 HALF = 0.5
 ASK = "ask for an effort, too, or for limits"
 
@@ -74,13 +75,13 @@ class SampledSearch:
                         ask = partial(self._asked, starts, seed)
                         found, ended = further(found, self._decay, ask, 1)
                 stopped = STOPPED.format(found.starts) * found.stopped
-                if self._decay(found.kappa) > (self.sigma or 0) and not (
-                    self.demands.words(found.kappa)
-                ):
+                if self._keeps(found.kappa):
                     self.kept.append((self._decay(found.kappa), found.kappa))
                     best = self._best()
         except OutOfTime:
             stopped = STOPPED.format(found.starts)
+            if self._keeps(found.kappa):
+                stopped = UNPROVEN
         by = record(self.task, self.loops, found.starts, seed, 0)
         if best is None or best.status != "feasible":
             words = f"{self._reason(found.kappa, best, by)}{stopped}"
@@ -93,6 +94,11 @@ class SampledSearch:
             if not any(getattr(r, "effort", None) for r in best.requirements):
                 words += f" {self._hasty(best.poles())}"
         return replace(best, reason=words.strip(), searched=by)
+
+    def _keeps(self, kappa):
+        """True if floats see all that is asked at these numbers ``kappa``."""
+        fast = self._decay(kappa) > (self.sigma or 0)
+        return fast and not self.demands.words(kappa)
 
     def _first(self, starts, seed):
         """The result of what is asked first: of demands without a decay, that of half
@@ -236,4 +242,6 @@ class SampledSearch:
         if best is not None:
             failed = [*best.proof.failed, *self.missing]
             words = f"{words} It isn't proven: {', '.join(failed)}."
+        elif self._keeps(kappa):  # nothing is missing but the proof
+            return words
         return f"{words} Sample faster, act earlier, measure more, or ask for less."
