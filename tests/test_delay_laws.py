@@ -64,6 +64,16 @@ def test_a_law_is_found_behind_a_delay_and_proven_with_it(law):
     assert again.status == "feasible" and again.gains.keys() == plain.gains.keys()
 
 
+def test_the_program_of_a_law_behind_a_delay_reads_the_law_s_sensors():
+    asked = dict(tau=0.3, delta=0.2)
+    late = design_delay_pid(TRAIN, law=ENCODERS, **asked)
+    known = analyse_delay(TRAIN, late.gains, law=ENCODERS, method="legendre", **asked)
+    for design in (late, known):  # the filters are the program's, no sensors
+        program = design.controller(T=0.01, delay=0.3)
+        assert program.order > 0 and "filtered" not in repr(program)
+        assert program.certify().proven
+
+
 def test_a_law_is_found_for_every_plant_of_a_family():
     late = design_delay_pid(LOADED, law=ENCODERS, tau=0.1, mu=0.01, delta=0.1)
     assert late.certify().proven and slowest(late, [0.09, 0.11]) > 0.1

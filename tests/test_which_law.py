@@ -112,6 +112,9 @@ ROWS = {  # the last words of a row's second column, and what it says is designe
         CARTS, law=sos.Scheduled("m"), region=SLOW
     ),
     "and the same laws": at_ticks,
+    "`design_delay_pid(plant, tau=..., law=...)`": lambda: sos.design_delay_pid(
+        CARTS, tau=0.1, mu=0.01, delta=0.1, law=PID
+    ),
     "one of these two laws": lambda: sos.design_sampled(
         CARTS, PID, T=0.02, sigma=0.3, search=sos.Search(starts=2)
     ),

@@ -71,6 +71,13 @@ class DelayDesign(Gains[DelayProof], ReadOnly):
         """As of a `Design`, without the delay."""
         return super().loop if self.source is None else self.source
 
+    def controller(self, *measured: Any, **asked: Any) -> Any:
+        """As of a `Design`, without the delay: ``delay`` among what is ``asked`` is
+        that from a sample to the actuator.
+        """
+        make = super().controller if self.source is None else None
+        return (make or self.source.design.controller)(*measured, **asked)
+
     def its_law(self) -> tuple:
         """As of a `Design`."""
         return super().its_law() if self.source is None else self.source.its_law()
