@@ -111,6 +111,31 @@ def test_a_sentence_says_nothing_of_continuous_time(region):
     )
 
 
+def test_a_program_of_a_plant_with_ticks_is_named_and_runs():
+    p = sos.DescriptorSystem(
+        np.eye(3),
+        [[1.02, 0.3, 0], [-0.2, 1, 0.1], [0, 0, 0.7]],
+        [[0], [1], [0.3]],
+        dt=0.03,
+    )
+    law = sos.DynamicLaw(2, position=[[1, 0, 0]])
+    d = sos.design_pid(p, law=law, region=DISK(0.97))
+    with pytest.raises(ValueError, match=r"design\.loop\.to_ss\(\)"):
+        d.controller(T=0.03)
+    program = d.loop.to_ss()
+    x, memory, seen = np.array([1.0, -2, 0.3]), np.zeros(2), []
+    for _ in range(400):  # the program's two lines, and the plant
+        y = x[:1]
+        u, memory = (
+            program.C @ memory + program.D @ y,
+            program.A @ memory + program.B @ y,
+        )
+        x = p.A @ x + p.B @ u
+        seen.append(np.linalg.norm(x))
+    assert program.dt == 0.03 and d.certify().proven
+    assert seen[-1] < 1e-3 * max(seen[:50])
+
+
 def builder(a, e):
     E, A = [[e, 0.1], [0, 1]], [[a, 0.981], [-0.3, 1.1]]
     return sos.DescriptorSystem(E, A, [[0.2], [1]], [[1], [0.5]], C=[[1, 0]], dt=0.1)

@@ -333,7 +333,8 @@ NO_RATE = (
 OF_TICKS = (
     "the plant is one of discrete time (dt is given), and {} is for plants of "
     "continuous time: design_pid, analyse_pid and design_lqr take both, with regions, "
-    "norms and a quadratic cost"
+    "norms and a quadratic cost; what a program multiplies at each tick is "
+    "design.loop.to_ss()"
 )
 
 
