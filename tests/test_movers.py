@@ -72,10 +72,10 @@ class Sheet(Tab):
     def said(self, tag):
         return said(self.page.locator(tag))
 
-    def drag(self, handle, right, down):
-        """Move a handle by the mouse."""
+    def drag(self, handle, right, down, beside=0):
+        """Move a handle by the mouse, pressed some pixels ``beside`` its middle."""
         box = still(handle)
-        x, y = box["x"] + 8, box["y"] + 8
+        x, y = box["x"] + 8 + beside, box["y"] + 8
         self.page.mouse.move(x, y)
         self.page.mouse.down()
         self.page.mouse.move(x + right, y + down, steps=3)
@@ -1119,11 +1119,14 @@ def test_an_arm_s_poles_are_those_of_its_modes(desk):
     assert grows[:2] == [False, True] and grows[4:] == [False, False]
 
 
-def test_push_and_sensor_are_dragged_along_the_arm(desk):
+@pytest.mark.parametrize("beside", [0, 18])
+def test_push_and_sensor_are_dragged_along_the_arm(desk, beside):
+    """A handle that swings is held, too, where it was a moment ago."""
     element = desk.page.locator("sos-arm")
+    element.evaluate("node => node.reset()")
     push = element.locator(".sos-handle").first
     push.scroll_into_view_if_needed()
-    desk.drag(push, -120, 0)
+    desk.drag(push, -120, 0, beside)
     place = desk.place("sos-arm")
     assert 0.2 < place["a"] < 0.95 and place["s"] == 1
     assert f"pushed at {place['a']:g} m" in element.locator("svg").first.get_attribute(

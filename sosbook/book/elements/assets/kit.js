@@ -81,20 +81,34 @@ export const buttons = (list, more = "") =>
   `<div class="sos-buttons">${list.map(button).join("")}${more}</div>` +
   `<div class="sos-more" aria-live="polite"></div>`;
 
+const REACH = 20;  // pixels from a handle's middle: fingers are broad, and some handles swing
+
 // Handles of a picture are dragged: `begin` says what of its data a handle holds, and
 // `move` hears of that and of the pointer's place in the picture.
 export function drag(field, begin, move) {
   let held = null;
-  const on = ({target}) => target.matches(".sos-handle");
+  const near =
+    ({clientX, clientY}) => [...field.querySelectorAll(".sos-handle")]
+                              .map(handle => {
+                                const {left, top, width, height} = handle.getBoundingClientRect();
+                                return {
+                                  handle,
+                                  away: Math.hypot(clientX - left - width / 2, clientY - top - height / 2)
+                                };
+                              })
+                              .filter(({away}) => away < REACH)
+                              .sort((a, b) => a.away - b.away)[0]
+                              ?.handle;
   field.addEventListener("pointerdown", event => {
-    if (!on(event)) return;
+    const handle = near(event);
+    if (!handle) return;
     event.preventDefault();
     if (event.isTrusted) field.setPointerCapture(event.pointerId);  // a script has no pointer
-    held = begin(event.target.dataset);
+    held = begin(handle.dataset);
   });
   // a finger on a handle doesn't scroll: touch-action isn't heeded inside of an SVG
   field.addEventListener("touchstart", event => {
-    if (on(event)) event.preventDefault();
+    if (near(event.changedTouches[0])) event.preventDefault();
   }, {passive: false});
   field.addEventListener("pointermove", ({clientX, clientY}) => {
     if (held === null) return;
