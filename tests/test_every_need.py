@@ -173,6 +173,7 @@ MORE = [
     ("kernel", "isn't an identity",  # what 4000 digits and one more say
      text("a: (11/10) y^5 == x", data={"x": "1" + "0" * 4000, "y": "1e800"})),
     ("kernel", "a way out", text("a: Y > 0\nb: Y > 0", ONE | {"b": "1"})),
+    ("kernel", "isn't positive ", text("a: [1, 2; 3, 50] > 0")),  # no symmetric one
     ("kernel", "isn't positive ",  # nearly a unit is lost of each entry, ten in all
      text("a: c - near(x) > 0", data={"c": f"{(10 << 128) + 9}/{1 << 128}",
           "x": [[f"{(1 << 148) + (1 << 20) - 1}/{1 << 148}"] * 10] * 10})),
@@ -327,6 +328,12 @@ def test_every_need_refuses_a_file_that_is_forged(tmp_path, monkeypatch, capsys)
     reached.add(refusal(kernel.main, named[:1]))
     missing = {x: needs()[x][1] for x in needs().keys() - reached}
     assert not missing
+
+
+def test_a_number_of_more_than_four_thousand_digits_is_read_whole():
+    """Python reads fewer at once."""
+    long = text("a: y^5 == x", data={"x": "1" + "0" * 4000, "y": "1e800"})
+    assert kernel.check(long) == ["a"]
 
 
 def test_each_number_of_a_region_is_the_one_that_its_words_want():

@@ -24,11 +24,11 @@ from sosbook.exact.checker.verdict import check
 from sosbook.exact.rational import decimal
 from sosbook.sampled.system import SampledSystem
 from tests.cases import seeds
-from tests.forged import base, changed, decided, needs, refusal
+from tests.forged import base, changed, decided, near_a_box, needs, refusal
 from tests.hunt.tampering import put
 from tests.test_any_order import bound
 from tests.test_every_need import of_design
-from tests.test_proof_files import A2, TWO, growing
+from tests.test_proof_files import A2, LOOP, TWO, growing, proof_of
 
 APART = dict(
     E=[np.eye(2), np.diag([1, 1.5])],
@@ -344,9 +344,11 @@ def test_the_names_of_a_program_are_those_of_the_plant():
     [
         ("scheduled", [[["plant", "schedule"], ["m", "m"]]], "is no parameter"),
         ("reduced", [[["plant", "reduced"], [2, 2]]], "nothing is left out"),
+        ("sampled, masses, a simplex", [[["corners"], [0, 1, 2]]], "of a box are the"),
+        ("sampled, a law that reads w", [[["corners"], [0, 1]]], "of a box are the"),
     ],
 )
-def test_what_is_measured_twice_or_left_whole_is_refused(name, how, words):
+def test_what_is_measured_twice_left_whole_or_no_box_is_refused(name, how, words):
     decided(base(name))
     assert words in needs()[refusal(decided, changed(name, how))][1]
 
@@ -367,3 +369,9 @@ def test_a_response_counts_where_every_loop_that_is_stable_is_bounded(s, right):
     at = refusal(decided, asked)
     assert (at == "accepted") is right
     assert right or "isn't positive" in needs()[at][1]
+
+
+def test_a_functional_of_order_two_and_boxes_are_read_as_they_are_written():
+    late = sos.analyse_delay(LOOP, tau=2.0, method="legendre", order=2).certify()
+    for proof in (late, proof_of("known gain, in a box"), near_a_box()):
+        assert check(proof.text) == list(proof.claims)
