@@ -121,3 +121,12 @@ def test_constant_delays_of_a_family_names_what_it_is_asked_for():
     with pytest.raises(ValueError, match="one plant") as error:
         constant_delays(LOADED, {}, law=ENCODERS, low=0.01, high=0.05)
     assert "method" not in str(error.value)
+
+
+def test_a_gain_is_analysed_with_what_it_integrates_said_by_U_or_by_a_law():
+    U = [[0.0, 1.0]]
+    late = design_delay_pid(TRAIN, U=U, tau=0.02)
+    for said in (dict(U=U), dict(law=sos.FullState(U))):
+        again = analyse_delay(TRAIN, late.K, tau=0.02, **said)
+        assert again.certify().proven and again.gains.keys() == late.gains.keys()
+    assert analyse_delay(TRAIN, late, tau=0.02).certify().proven

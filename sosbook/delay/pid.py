@@ -193,8 +193,9 @@ def analyse_delay(
     source = None
     if not isinstance(plant, DelayedLoop):
         known, K = taken(plant, K, law, U)
-        source = None if known.whole else Loop(plant, known, K)
-        plant, K, U = opened(plant, K, U, known)
+        if not known.whole:
+            source = Loop(plant, known, K)
+        plant, K, U = opened(plant, K, None, known)
     alpha = None if printed is True or not printed else printed
     asked = plant, U, tau, mu, delta, alpha, method, order
     request = DelayRequest(*asked, MISPRINTS if printed else (), K)
