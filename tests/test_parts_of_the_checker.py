@@ -318,6 +318,31 @@ def test_a_norm_at_ticks_is_to_one_output_of_all_vertices():
         assert "isn't an identity" in needs()[at][1]
 
 
+def test_eight_plants_are_a_sampled_box_where_its_sides_are_alike():
+    """Plants without parameters: a corner that is elsewhere, or in another's place, is
+    no corner of a box."""
+    plants = sos.Polytope(
+        sos.SecondOrderSystem([[m]], [[d]], [[k]], [[b]])
+        for m, b in ((1, 1), (1.01, 1.02))
+        for d in (0.3, 0.32)
+        for k in (1, 1.03)
+    )
+    proof = sos.certify_sampled(plants, [[-1, -1.5]], T=0.3)
+    assert check(proof.text) == list(proof.claims)
+    asked = asked_of(proof)
+    order = asked["corners"]
+    assert sorted(order) == [*range(8)] and "parameters" not in asked["plant"]
+    elsewhere = dict(M=1.0101, D=0.3101, S=1.0101, B=1.0101)
+    for vertex, name in [*enumerate(["M", "D", "S", "B"] * 2), (7, "M"), (0, "B")]:
+        path = ["plant", "vertices", vertex, name]
+        at = refusal(decided, put(asked, path, [[f"{elsewhere[name]}"]]))
+        assert "isn't an identity" in needs()[at][1], path
+    for i in range(7):
+        other = list(order)
+        other[i], other[i + 1] = other[i + 1], other[i]
+        assert refusal(decided, put(asked, ["corners"], other)) != "accepted"
+
+
 def test_the_names_of_a_program_are_those_of_the_plant():
     """Of two inputs, of an integral, of a plant of first order; no other is taken."""
     two = sos.SecondOrderSystem(np.eye(2), np.eye(2), [[3, -1], [-1, 2]], np.eye(2))
