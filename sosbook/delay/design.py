@@ -72,8 +72,14 @@ class DelayDesign(Gains[DelayProof], ReadOnly):
         return super().loop if self.source is None else self.source
 
     def controller(self, *measured: Any, **asked: Any) -> Any:
-        """As of a `Design`, without the delay: ``delay`` among what is ``asked`` is
-        that from a sample to the actuator.
+        """As of a `Design`, without the delay.
+
+        Parameters
+        ----------
+        *measured
+            Outputs that are measured in the place of the states.
+        **asked
+            The clock and the limits; ``delay`` is that from a sample to the actuator.
         """
         make = super().controller if self.source is None else None
         return (make or self.source.design.controller)(*measured, **asked)
