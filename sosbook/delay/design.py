@@ -77,7 +77,7 @@ class DelayDesign(Gains[DelayProof], ReadOnly):
         Parameters
         ----------
         *measured
-            Outputs that are measured in the place of the states.
+            The names of what is measured, of a design without a law.
         **asked
             The clock and the limits; ``delay`` is that from a sample to the actuator.
         """
