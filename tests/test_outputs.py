@@ -210,6 +210,7 @@ ONE = sos.SecondOrderSystem(np.eye(2), np.eye(2), np.eye(2), [[1], [0]], np.eye(
         (dict(position=1), [0, 0], "each once"),
         (dict(position=1), [-1], "inputs must be 0, 1, ..., got -1"),
         (dict(position=1), 1, "inputs must be a list of numbers, counted from 0"),
+        (dict(position=1), "w1", "inputs must be a list of numbers, counted from 0"),
     ],
 )
 def test_rows_that_do_not_fit_are_named(output, inputs, message):

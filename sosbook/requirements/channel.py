@@ -135,10 +135,9 @@ class Channel(Requirement):
 
 def places(name, some):
     """``some`` disturbances or inputs as a tuple; ``name``: the argument's."""
-    try:
-        found = tuple(count(name, i) for i in some)
-    except TypeError:
-        raise ValueError(f"{name} must be a list of numbers, counted from 0") from None
+    if isinstance(some, str) or not isinstance(some, Iterable):
+        raise ValueError(f"{name} must be a list of numbers, counted from 0")
+    found = tuple(count(name, i) for i in some)
     if not found or len(set(found)) < len(found):
         raise ValueError(f"{name} must name one or more, each once")
     return found
