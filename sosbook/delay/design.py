@@ -71,18 +71,20 @@ class DelayDesign(Gains[DelayProof], ReadOnly):
         """As of a `Design`, without the delay."""
         return super().loop if self.source is None else self.source
 
-    def controller(self, *measured: Any, **asked: Any) -> Any:
+    def controller(self, *measured: Any, T: float, **asked: Any) -> Any:
         """As of a `Design`, without the delay.
 
         Parameters
         ----------
         *measured
             The names of what is measured, of a design without a law.
+        T : float
+            Time between samples, in s.
         **asked
-            The clock and the limits; ``delay`` is that from a sample to the actuator.
+            What else a `Design` takes; ``delay`` is that from a sample to the actuator.
         """
         make = super().controller if self.source is None else None
-        return (make or self.source.design.controller)(*measured, **asked)
+        return (make or self.source.design.controller)(*measured, T=T, **asked)
 
     def its_law(self) -> tuple:
         """As of a `Design`."""
