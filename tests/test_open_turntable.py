@@ -1,6 +1,8 @@
 """The open cells of part VII agree with the package's calls, on other tables too."""
 
+import re
 from math import comb
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -172,3 +174,13 @@ def test_a_motion_s_three_numbers_hold_a_motion_of_my_own():
     three = np.dot(sizes, (10, 20, 50))
     assert 0.5 * three < worst < three
     assert three < axis.motions.follow(10, 20, 50, output=0).proven < 1.02 * three
+
+
+def test_the_picture_of_a_move_asks_no_more_than_its_sentence_says():
+    """The program that is drawn has an encoder, whose steps ask something, too."""
+    book = Path(__file__).resolve().parent.parent / "book"
+    text = (book / "42_step_ramp_move.ipynb").read_text("utf-8")
+    said = r"asks more than ([\d.]+) N m\. Proven\.\W+Here it asks ([\d.]+) N m"
+    pairs = [[*map(float, pair)] for pair in re.findall(said, text)]
+    assert len(pairs) == 3
+    assert all(drawn <= most <= 2 for most, drawn in pairs), pairs
