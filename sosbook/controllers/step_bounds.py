@@ -20,6 +20,7 @@ from .tube import SAFE
 FINE = 0.002, 0.01  # of the output's step, and of the largest u: no more halving
 RISE = 0.1, 0.9  # of the way, between which an output rises
 TOLD, DUST = 1e-5, 1e-11  # shares: of what a proof and floats can tell from none
+ALIKE = 1e-6  # of the largest: the first plant that reaches so much is named
 NOTHING = "0 but for rounding"
 NUMBERS = "overshoot", "undershoot", "settling_time", "rise_time", "peak"
 
@@ -96,8 +97,9 @@ class StepBounds:
         bound = getattr(self, name) if bound is None else bound
         where = self.plants[name.partition(" ")[0]]
         if bound.unit == "%" and bound.proven is not None and bound.proven < TOLD:
-            seen = f"{100 * bound.seen:.4g}" if bound.seen > DUST else NOTHING
-            return f"less than {100 * TOLD:g} % ({seen} at {where})"
+            seen = f"{100 * bound.seen:.4g} at {where}"
+            seen = seen if bound.seen > DUST else NOTHING
+            return f"less than {100 * TOLD:g} % ({seen})"
         return str(bound).replace("at the corners", f"at {where}")
 
     def _repr_html_(self):
@@ -230,12 +232,13 @@ def step_bounds(c, x, size, j, output, band, most):
     def bound(name, of, times, unit):
         values = [of(one) for one in seen] if c.radius < 1 else [None]
         known = [np.nan] if None in values else values  # nobody saw the worst
-        k = int(np.nanargmax(known)) if not np.isnan(known).all() else 0
-        where[name] = names[k]
+        worst = np.fmax.reduce(known)
+        near = np.asarray(known) >= worst * (1 - ALIKE * np.sign(worst))
+        where[name] = names[int(np.argmax(near))]
         proven = None
         if found is not None and None not in (each := [of(one) for one in found]):
             proven = _times(max(each), exact(times))
-        return Bounded(proven, float(known[k]) * float(times), unit)
+        return Bounded(proven, float(worst) * float(times), unit)
 
     def per_output(name, k, times, more=""):
         return tuple(
