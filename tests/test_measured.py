@@ -113,16 +113,20 @@ def test_no_such_sensor_or_actuator():
 @pytest.mark.parametrize("plants", [FAMILY, arm(0.4, 25)])
 @pytest.mark.parametrize(
     "name, factor",
-    [("velocities", 1j * OMEGA), ("accelerations", -(OMEGA**2)), ("of the other", -1)],
+    [
+        ("as velocities", 1j * OMEGA),
+        ("as accelerations", -(OMEGA**2)),
+        ("with the other sign", -1),
+    ],
 )
 def test_what_was_measured_instead_is_named(name, factor, plants):
     """And nothing is said of what is no such thing."""
     H, noise = response(0.4, 25.0), 1 + 0.01 * np.sin(31 * OMEGA)
     wrong = MeasuredResponse(OMEGA, H * factor * noise).beside(plants, sensor=1)
-    assert f"; read as {name}" in str(wrong)
+    assert f"; read {name} half of them" in str(wrong)
     for right in (H * noise, response(0.4, 90.0), H * np.exp(-0.05j * OMEGA)):
         found = MeasuredResponse(OMEGA, right).beside(plants, sensor=1)
-        assert "read as" not in str(found)
+        assert "; read" not in str(found)
 
 
 def test_the_frequency_zero_is_left_out(tmp_path):

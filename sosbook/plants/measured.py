@@ -21,9 +21,9 @@ RESPONSES, FUNCTION = 58, 4  # the kinds of a data set of a universal file that 
 RATES = {11: 1, 12: 2}  # the kinds of what is a velocity or an acceleration there
 #: What may have been measured instead: what it is of the response, at omega.
 OTHERS = {
-    "velocities": lambda omega: 1j * omega,
-    "accelerations": lambda omega: -(omega**2),
-    "of the other sign": lambda omega: -1.0,
+    "as velocities": lambda omega: 1j * omega,
+    "as accelerations": lambda omega: -(omega**2),
+    "with the other sign": lambda omega: -1.0,
 }
 CLOSER = 0.1  # of the distance in the median: so much nearer is what was measured
 MOST_PLANTS = 243  # of a family, on a grid of its parameters
@@ -232,7 +232,7 @@ class Beside(ReadOnly):
             read = MeasuredResponse(omega, self.measured.H / factor(omega))
             other = float(np.median(Beside(read, self.plants).apart))
             if other < CLOSER * np.median(apart):
-                said += f"; read as {name} half of them lie within {100 * other:.2g} %"
+                said += f"; read {name} half of them lie within {100 * other:.2g} %"
         return said
 
 
