@@ -48,6 +48,24 @@ def test_what_no_order_proves_is_undecided_and_says_what_to_do():
     assert constant_delays(loop, low=low, high=high).status == "feasible"
 
 
+@pytest.mark.parametrize("mu", [0, 3000])
+def test_a_delay_too_long_for_its_roots_gets_an_answer(mu):
+    slow = DelayedLoop([[-2e4]], [[-1]])  # 2e4 > 1: stable for every delay
+    turning = DelayedLoop([[-2, 0], [0, -0.9]], [[-1, 0], [-1, -1]])  # below 6.17 s
+    assert analyse_delay(slow, tau=3000, method="legendre").status == "feasible"
+    d = analyse_delay(turning, tau=3000, mu=mu, method="legendre")
+    assert d.status != "feasible" and d.reason.count("delay is too long") == 1
+    found = constant_delays(turning, low=2900, high=3000, time_limit=1)
+    assert found.status == "undecided" and found.reason
+
+
+def test_the_rate_of_a_loop_stands_once_in_its_reason():
+    loop = DelayedLoop([[-0.5]], [[-1.0]])
+    for how in ({"method": "legendre"}, {"method": "legendre", "order": 2}, {}):
+        d = analyse_delay(loop, tau=1.2, mu=1.15, **how)
+        assert d.reason.lower().count("in floats the slowest") == 1
+
+
 def test_every_constant_delay_of_an_interval_is_proven_in_pieces():
     loop = DelayedLoop(*TURNING)
     found = constant_delays(loop, low=6, high=9.5)

@@ -46,8 +46,8 @@ def _rising(request):
     """The result of `solve_rising` without a limit of time."""
     first, *higher = orders(request)
     found = solve_delay(request.at(order=first))
-    rate, at = _slowest(request)
-    if found.status == "feasible" or rate <= request.delta:
+    known = None if found.status == "feasible" else _slowest(request)
+    if found.status == "feasible" or (known and known[0] <= request.delta):
         return found
     for order in higher:
         check_time()
@@ -55,42 +55,39 @@ def _rising(request):
         if found.status == "feasible":
             return replace(found, reason=f"Bessel's order was raised to {order}.")
     tried = ", ".join(map(str, (first, *higher)))
-    text = (
-        f"no proof was found with the orders {tried}; in floats the slowest constant "
-        f"delay of the interval, {at:.4g} s, decays with {rate:.3g} 1/s"
-    )
+    text = f"no proof was found with the orders {tried}, "
     if request.mu:
-        text += ". A delay that is constant is proven in pieces by constant_delays"
+        text += "and a delay that is constant is proven in pieces by constant_delays"
     else:
-        text += ". A higher order=... may prove it"
+        text += "and a higher order=... may prove it"
     return replace(found, status="undecided", reason=text)
 
 
 def _slowest(request):
-    """The slowest decay, and the constant delay where it occurs, in floats."""
-    return DelayDesign(request, "undecided", request.gain).slowest_decay()
+    """The slowest decay, and the constant delay where it occurs, in floats; None where
+    the delay is too long for that.
+    """
+    try:
+        return DelayDesign(request, "undecided", request.gain).slowest_decay()
+    except ValueError:
+        return None
 
 
 def with_truth(design):
     """A ``design`` of a given gain that isn't feasible, whose reason says how slow the
     loop is: a functional may fail where the loop doesn't.
     """
-    if "in floats the slowest" in design.reason:
-        return design
-    try:
-        rate, at = design.slowest_decay()
-    except ValueError:  # too long a delay for the discretisation
-        truth = ""
+    known = _slowest(design.request)
+    if known is None:
+        truth = "its delay is too long for its roots to be computed"
     else:
-        truth = (
-            f"in floats the slowest constant delay of the interval, {at:.4g} s, decays "
-            f"with {rate:.3g} 1/s"
-        )
-        if rate <= design.request.delta:
+        truth = "in floats the slowest constant delay of the interval, {1:.4g} s, "
+        truth = truth.format(*known) + f"decays with {known[0]:.3g} 1/s"
+        if known[0] <= design.request.delta:
             truth += ", which is less than was asked"
     if design.status == "infeasible":
-        truth = f"I{truth[1:]}. " if truth else ""
-        return replace(design, reason=f"{truth}No functional of this form proves it.")
+        reason = f"I{truth[1:]}. No functional of this form proves it."
+        return replace(design, reason=reason)
     return replace(design, reason="; ".join(filter(None, (design.reason, truth))))
 
 
@@ -217,9 +214,10 @@ def constant_delays(
         )
     asked = partial(DelayRequest, plant, U, delta=delta, method="legendre", gain=K)
     whole = asked(**_around(low, high))
-    rate, at = _slowest(whole)
-    if rate <= delta:
-        text = f"in floats the constant delay {at:.6g} s has the decay {rate:.3g} 1/s"
+    known = _slowest(whole)
+    if known is not None and known[0] <= delta:
+        text = "in floats the constant delay {1:.6g} s has the decay {0:.3g} 1/s"
+        text = text.format(*known)
         return ConstantDelays(low, high, "undecided", reason=text)
     seconds = checked_seconds(time_limit)
     parts: list = []
