@@ -27,7 +27,7 @@ _NAMES = {
     "plants.outputs": ("Output",),
     "plants.response": ("Response",),
     "plants.second_order": ("MassWarning", "Polytope", "SecondOrderSystem"),
-    "plants.signals": ("Sine", "Step", "Steps"),
+    "plants.signals": ("Ramps", "Sine", "Step", "Steps"),
     "plants.uncertain": ("Uncertain",),
     "requirements.cost": ("QuadraticCost",),
     "requirements.h2": ("H2",),

@@ -16,7 +16,7 @@ from .plants.descriptor_system import DescriptorSystem
 from .plants.outputs import Output
 from .plants.response import Response
 from .plants.second_order import MassWarning, Polytope, SecondOrderSystem
-from .plants.signals import Sine, Step, Steps
+from .plants.signals import Ramps, Sine, Step, Steps
 from .plants.uncertain import Uncertain
 from .requirements.cost import QuadraticCost
 from .requirements.h2 import H2
@@ -59,6 +59,7 @@ __all__ = [
     "PoleRegion",
     "Polytope",
     "QuadraticCost",
+    "Ramps",
     "Record",
     "Region",
     "Regularization",

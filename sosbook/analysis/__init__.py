@@ -16,7 +16,7 @@ _NAMES = {
     "analysis.nonlinear": ("arm_gravity", "simulate_nonlinear"),
     "analysis.records": ("Record",),
     "plants.response": ("Response", "simulate"),
-    "plants.signals": ("Sine", "Step", "Steps"),
+    "plants.signals": ("Ramps", "Sine", "Step", "Steps"),
 }
 _HOMES = {name: module for module, names in _NAMES.items() for name in names}
 __all__ = sorted(_HOMES)

@@ -43,7 +43,7 @@ def simulate_nonlinear(
     t: ArrayLike,
     U: ArrayLike | None = None,
     r: ArrayLike | Step | Steps | None = None,
-    w: Sine | Step | None = None,
+    w: Sine | Step | Steps | None = None,
     x0: ArrayLike | None = None,
     K_A: ArrayLike | None = None,
     rtol: float = 1e-9,
@@ -62,10 +62,10 @@ def simulate_nonlinear(
         Increasing times, in seconds, from 0.
     U : (a, n) array_like, optional
         Which errors are integrated.
-    r : (n,) array_like, Step or Steps, optional
+    r : (n,) array_like, Step, Steps or Ramps, optional
         Set point; its jumps send no impulse through K_D or K_A. At a
         jump e and u have the value after it.
-    w : Sine or Step, optional
+    w : Sine, Step, Steps or Ramps, optional
         Disturbance.
     x0 : (2n + a,) array_like, optional
         Initial state; zero without it.
@@ -114,7 +114,8 @@ def simulate_nonlinear(
         raise ValueError(f"rtol must be from {FINEST:g} to 1, got {rtol!r}")
     if not callable(force):
         raise ValueError(f"force must be a function, got {type(force).__name__}")
-    signal_parts("w", w, p, "F")
+    on, off, *_, pieces = signal_parts("w", w, p, "F")
+    pieces = steps(pieces, p)
 
     def pushed(x):
         f = np.asarray(force(x[:n], x[n : 2 * n]))
@@ -129,24 +130,28 @@ def simulate_nonlinear(
     _, B, Bw = d.state_space()
     inward = -np.linalg.inv(d.E)[:, n : 2 * n]
 
-    def rates(goal, shaken):
-        constant = -B @ (K[:, :n] @ goal)
-        constant[2 * n :] -= d.A[2 * n :, :n] @ goal
+    memory = d.A[2 * n :, : 2 * n]
+
+    def rates(begin, shaken):
+        aim, force, slope = r.index(begin), pieces.index(begin), r.slope(begin)
 
         def rate(now, x):
-            dx = A @ x + constant + inward @ pushed(x)
+            goal = np.concatenate([r.within(aim, now), slope])
+            dx = A @ x - B @ (K[:, : 2 * n] @ goal) + inward @ pushed(x)
+            dx[2 * n :] -= memory @ goal
+            dx += Bw @ pieces.within(force, now)
             if shaken:
                 dx = dx + Bw @ _wave(w, now, p)
             return dx
 
         return rate
 
-    breaks = [*r.times] + ([] if w is None else [w.start, w.stop])
+    breaks = [*r.times, *pieces.times, on, off]
     ends = np.unique([0.0, *(s for s in breaks if 0 < s < t[-1]), t[-1]])
     x, dx = np.empty((N, len(t))), np.empty((N, len(t)))
     state = x0
     for now, then in zip(ends, ends[1:]):
-        rate = rates(r.levels[r.index(now)], w is not None and w.start <= now < w.stop)
+        rate = rates(now, on <= now < off)
         how = dict(rtol=rtol, atol=1e-3 * rtol, events=_far, dense_output=True)
         done = solve_ivp(rate, (now, then), state, "DOP853", **how)
         if done.status != 0:
@@ -160,7 +165,7 @@ def simulate_nonlinear(
         dx[:, inside] = np.transpose([rate(s, y) for s, y in moved])
         state = done.y[:, -1]
     goal = r(t)
-    u = K @ x - K[:, :n] @ goal
+    u = K @ x - K[:, : 2 * n] @ np.vstack([goal, r.slope(t)])
     if K_A is not None:
         u = u + K_A @ dx[n : 2 * n]
     values = np.zeros((p, len(t)))

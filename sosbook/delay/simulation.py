@@ -8,7 +8,7 @@ from scipy.linalg import expm
 from ..plants.checks import matrix
 from ..plants.descriptor import Descriptor
 from ..plants.response import Response, times, vector
-from ..plants.signals import signal_parts
+from ..plants.signals import Step, Steps, signal_parts
 from .control_signal import GAUSS_POINTS, PARABOLAS, ControlSignal
 from .mesh import step_kinds, time_mesh
 
@@ -109,10 +109,15 @@ def simulate_delay(d, K, t, delay, r=None, w=None, x0=None, history=None, step=N
     n, N, p = len(d.C), len(d.E), d.Bw.shape[1]
     K = matrix("K", K, (d.Bu.shape[1], N))
     t = times(t)
+    if isinstance(w, Steps) or isinstance(r, (Step, Steps)) or callable(r):
+        raise ValueError(
+            "behind a delay r must be constant, and w a Sine or a Step: ask the loop "
+            "at ticks, loop.at(T, delay).simulate(seconds, r), which takes functions"
+        )
     r = vector("r", r, n)
     past = _past(history, N)
     x0 = past(0.0) if x0 is None else vector("x0", x0, N)
-    on, off, sine, level = signal_parts("w", w, p, "F")
+    on, off, sine, level, _ = signal_parts("w", w, p, "F")
     omega = 0.0 if w is None else w.omega
     A, B, Bw = d.state_space()
     _check(delay)

@@ -54,10 +54,10 @@ def simulate(d, K, t, r=None, w=None, x0=None, K_A=None, precise=False):
         The gain of u = K x.
     t : (k,) array_like
         Increasing times, in seconds, from 0.
-    r : (n,) array_like, Step or Steps, optional
-        Set point; an array holds from t = 0 on. The impulses r' of its
-        jumps are left out. At a jump e and u have the value after it.
-    w : Sine or Step, optional
+    r : (n,) array_like, Step, Steps or Ramps, optional
+        Set point; an array holds from t = 0 on. K_D sees its slope r', but no
+        impulse of a jump, and K_A no r''. At a jump e and u have the value after it.
+    w : Sine, Step, Steps or Ramps, optional
         Disturbance.
     x0 : (N,) array_like, optional
         Initial state; zero without it.
@@ -78,45 +78,50 @@ def simulate(d, K, t, r=None, w=None, x0=None, K_A=None, precise=False):
     x0 = vector("x0", x0, N)
     A = np.linalg.solve(d.E, d.A + d.Bu @ K)
     _, B, Bw = d.state_space()
-    constants = np.array([_constant(d, B, K, level) for level in r.levels])
-    on, off, sine, level = signal_parts("w", w, p, "F")
-    # the state joined by [1, sin(omega t), cos(omega t)]
+    on, off, sine, level, pieces = signal_parts("w", w, p, "F")
     number, flow, forms = np.asarray, _flow, (A, B, Bw)
     if precise:
         number, flow, forms = exact, exact_flow, exact_forms(d, K)
-    given, gain = d.map(number), number(K)
-    pushes = [_constant(given, forms[1], gain, number(x)) for x in r.levels]
-    quiet = number(np.zeros((N + 3, N + 3)))
-    quiet[:N, :N] = forms[0]
-    loud = quiet.copy()
-    if w is not None:
-        omega = number(np.array(w.omega, float)).item()
-        loud[:N, N] += forms[2] @ number(level)
-        loud[:N, N + 1] = forms[2] @ number(sine)
-        loud[N + 1, N + 2], loud[N + 2, N + 1] = omega, -omega
     corners = [s for s in (on, off, *r.times) if 0 < s < t[-1]]
+    corners += [] if pieces is None else [s for s in pieces.times if s < t[-1]]
     nodes = np.unique(np.concatenate([t, corners]))
-    active, piece = (on <= nodes) & (nodes < off), r.index(nodes)
-    phase = (0.0 if w is None else w.omega) * nodes
-    joined = np.empty((N + 3, len(nodes)))
-    joined[:N, 0], joined[N:] = x0, [nodes**0, np.sin(phase), np.cos(phase)]
+    memory = np.linalg.solve(d.E[2 * n :, 2 * n :], d.A[2 * n :, : 2 * n])
+    where = np.hstack([forms[1], number(np.eye(N)[:, 2 * n :])])
+    where = where if pieces is None else np.hstack([where, forms[2]])
+    inward, chain, v = entering(np.vstack([K[:, : 2 * n], memory]), r, pieces, nodes)
+    # the state joined by v and [1, sin(omega t), cos(omega t)]
+    L = N + len(v)
+    quiet = number(np.zeros((L + 3, L + 3)))
+    quiet[:N, :N], quiet[:N, N : N + len(inward)] = forms[0], where[:, inward]
+    quiet[N:L, N:L] = number(chain)
+    loud = quiet.copy()
+    if sine is not None:
+        omega = number(np.array(w.omega, float)).item()
+        loud[:N, L] += forms[2] @ number(level)
+        loud[:N, L + 1] = forms[2] @ number(sine)
+        loud[L + 1, L + 2], loud[L + 2, L + 1] = omega, -omega
+    active = (on <= nodes) & (nodes < off)
+    phase = (0.0 if sine is None else w.omega) * nodes
+    joined = np.vstack(
+        [np.empty((N, len(nodes))), v, nodes**0, np.sin(phase), np.cos(phase)]
+    )
+    joined[:N, 0] = x0
     spans, cache = np.diff(nodes), {}
     rounded = {span: f"{span:.11e}" for span in np.unique(spans)}
     for k, span in enumerate(spans.tolist()):
-        key = (active[k], piece[k], rounded[span])
+        key = (active[k], rounded[span])
         if key not in cache:
-            generator = (loud if active[k] else quiet).copy()
-            generator[:N, N] += pushes[piece[k]]
-            cache[key] = flow(generator, span)
+            cache[key] = flow(loud if active[k] else quiet, span)
         joined[:N, k + 1] = (cache[key] @ joined[:, k])[:N]
-    x = joined[:N, np.searchsorted(nodes, t)]
+    here = np.searchsorted(nodes, t)
+    x, goal = joined[:N, here], r(t)
     values = np.zeros((p, len(t)))
     if w is not None:
         values[:] = w(t)
-    goal = r(t)
-    u = K @ (x - np.vstack([goal, np.zeros((N - n, len(t)))]))
+    u = K @ (x - np.vstack([goal, r.slope(t), np.zeros((N - 2 * n, len(t)))]))
     if K_A is not None and np.any(K_A):
-        rate = A @ x + constants[r.index(t)].T + Bw @ values
+        rate = A @ x + quiet[:N, N:L].astype(float) @ v[:, here]
+        rate += 0 if sine is None else Bw @ values
         u = u + K_A @ rate[n : 2 * n]
     z = x[:n]
     return Response(t, z, x[n : 2 * n], z - goal, u, x, values)
@@ -140,14 +145,20 @@ def _flow(generator, span):
     return expm(generator * span)
 
 
-def _constant(d, B, K, r):
-    """How a constant set point enters x': by the errors that a gain and memory see."""
-    n = len(d.C)
-    constant = -B @ (K[:, :n] @ r)
-    memory = d.E[2 * n :, 2 * n :]
-    back = inverse(memory) if memory.dtype == object else np.linalg.inv(memory)
-    constant[2 * n :] -= back @ d.A[2 * n :, :n] @ r
-    return constant
+def entering(rows, r, pieces, nodes):
+    """The signals v that enter a loop, -rows [r; r'] and the ``pieces`` of a force:
+    which of them aren't zero, the matrix of d/dt [v; v'], and [v; v'] at ``nodes``.
+    """
+    slope = r.slope(nodes)
+    v, dv = -rows @ np.vstack([r(nodes), slope]), -rows[:, : len(slope)] @ slope
+    if pieces is not None:
+        v, dv = np.vstack([v, pieces(nodes)]), np.vstack([dv, pieces.slope(nodes)])
+    rising = dv.any(axis=1)
+    inward = np.flatnonzero(v.any(axis=1) | rising)
+    slopes = np.flatnonzero(rising)
+    chain = np.zeros((len(inward) + len(slopes),) * 2)
+    chain[np.searchsorted(inward, slopes), len(inward) + np.arange(len(slopes))] = 1
+    return inward, chain, np.vstack([v[inward], dv[slopes]])
 
 
 def times(t):

@@ -22,7 +22,7 @@ from .suspicions import suspicion
 if TYPE_CHECKING:
     from scipy.sparse import sparray, spmatrix
 
-    from .signals import Sine, Step
+    from .signals import Sine, Step, Steps
 
     Matrix: TypeAlias = ArrayLike | sparray | spmatrix
 
@@ -58,8 +58,8 @@ class _Plant(Reducible):
         self,
         t: ArrayLike,
         x0: ArrayLike | None = None,
-        u: "Sine | Step | None" = None,
-        w: "Sine | Step | None" = None,
+        u: "Sine | Step | Steps | None" = None,
+        w: "Sine | Step | Steps | None" = None,
     ) -> Any:
         """Simulate the plant without a controller; exact, no ODE solver.
 
@@ -69,9 +69,9 @@ class _Plant(Reducible):
             Increasing times, in seconds, from 0.
         x0 : (2n,) array_like, optional
             Initial [z; z']; zero without it.
-        u : Sine or Step, optional
+        u : Sine, Step, Steps or Ramps, optional
             Input; zero without it.
-        w : Sine or Step, optional
+        w : Sine, Step, Steps or Ramps, optional
             Disturbance; zero without it.
 
         Returns

@@ -1,6 +1,7 @@
 """Signals that act on a plant: disturbances, inputs, set points."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -124,7 +125,9 @@ class Steps:
 
     def __post_init__(self):
         times = matrix("times", [self.times])[0]
-        if len(times) == 0 or times[0] != 0 or (np.diff(times) <= 0).any():
+        spans = np.diff(times)
+        wrong = spans < 0 if isinstance(self, Ramps) else spans <= 0
+        if len(times) == 0 or times[0] != 0 or wrong.any():
             raise ValueError("times must increase from 0")
         levels = matrix("levels", self.levels, (len(times), None))
         object.__setattr__(self, "times", times)
@@ -132,15 +135,58 @@ class Steps:
 
     def __call__(self, t):
         """The set point at the times t, one column each."""
-        return self.levels[self.index(t)].T
+        return self.within(self.index(t), t)
 
     def index(self, t: ArrayLike) -> np.ndarray:
-        """Which level holds at the times t."""
+        """Which piece holds at the times t."""
         return np.searchsorted(self.times, t, side="right") - 1
 
+    def within(self, piece: ArrayLike, t: ArrayLike) -> np.ndarray:
+        """Values at the times t of the ``piece`` of each, also where it ends."""
+        piece = np.asarray(piece)
+        return self.levels[piece].T + self.slopes[piece].T * (t - self.times[piece])
 
-def steps(r, n):
-    """A set point r of n entries as `Steps`: a constant is one step, None is zero."""
+    @cached_property
+    def slopes(self) -> np.ndarray:
+        """(k, n) array: by how much each piece rises in a second."""
+        return np.zeros_like(self.levels)
+
+    def slope(self, t: ArrayLike) -> np.ndarray:
+        """By how much it rises in a second, from each of the times t on."""
+        return self.slopes[self.index(t)].T
+
+
+@dataclass(frozen=True, eq=False)
+class Ramps(Steps):
+    """A signal that is linear between times: a ramp, or a record of a file.
+
+    Before its first time it is zero, and from the last time on it stays where it is.
+
+    Parameters
+    ----------
+    times : (k,) array_like
+        Times, in seconds, from 0 on; where one stands twice, the signal jumps.
+    levels : (k, n) array_like
+        The values at these times, one a row.
+
+    Examples
+    --------
+    >>> Ramps([0, 2, 2], [[0], [3], [1]])([1.0, 2.0, 5.0])
+    array([[1.5, 1. , 1. ]])
+    """
+
+    @cached_property
+    def slopes(self) -> np.ndarray:
+        """(k, n) array: by how much each piece rises in a second."""
+        spans = np.append(np.diff(self.times), 1.0)[:, None]
+        rises = np.diff(self.levels, axis=0, append=self.levels[-1:])
+        return np.divide(rises, spans, out=np.zeros_like(rises), where=spans > 0)
+
+
+def steps(r, n, name="r"):
+    """A signal r of n entries in pieces: a constant is one step, None is zero; its
+    ``name`` is for a refusal.
+    """
     if isinstance(r, Step):
         height = numbers("height", r.height)
         if height.shape not in ((), (1,), (n,)):
@@ -151,32 +197,38 @@ def steps(r, n):
         return Steps(sorted(levels), [levels[time] for time in sorted(levels)])
     if callable(r) and not isinstance(r, Steps):
         raise ValueError(
-            "r must be constant piece by piece: give the values of a function as "
-            "Steps(times, levels), with a row of levels for each time"
+            f"{name} must be linear piece by piece: give the values of a function as "
+            "Ramps(times, levels), with a row of levels for each time; between the "
+            "times it is a straight line"
         )
     if not isinstance(r, Steps):
         r = np.zeros(n) if r is None else numbers("r", r)
         if r.shape != (n,) or not np.isfinite(r).all():
-            raise ValueError(f"r must hold {n} finite numbers, or be a Step or Steps")
+            raise ValueError(
+                f"r must hold {n} finite numbers, or be a Step, Steps or Ramps"
+            )
         return Steps([0.0], [r])
     if r.levels.shape[1] != n:
-        raise ValueError(f"r has levels of {r.levels.shape[1]} numbers, needs {n}")
+        raise ValueError(f"{name} has levels of {r.levels.shape[1]} numbers, needs {n}")
     return r
 
 
 def signal_parts(name, signal, size, column):
     """Times on and off, amplitude and offset of a ``signal`` (None: zero) of so many
-    channels, its ``size``; errors have its ``name`` and ``column``.
+    channels, its ``size``, or the signal itself if it is `Steps`; errors have its
+    ``name`` and ``column``.
     """
     if signal is None:
-        return np.inf, np.inf, None, None
-    if not isinstance(signal, Signal):
-        raise ValueError(f"{name} must be a Sine or a Step (or None)")
+        return np.inf, np.inf, None, None, None
+    if not isinstance(signal, (Signal, Steps)):
+        raise ValueError(f"{name} must be a Sine, Step, Steps or Ramps (or None)")
     if size == 0:
         raise ValueError(f"{name} is given but the plant has no {column}")
+    if isinstance(signal, Steps):
+        return np.inf, np.inf, None, None, steps(signal, size, name)
     for part in ("amplitude", "offset"):
         if np.shape(getattr(signal, part)) not in ((), (1,), (size,)):
             raise ValueError(f"{name}: {part} must be one number or {size} of them")
     sine = np.broadcast_to(numbers("amplitude", signal.amplitude), (size,))
     level = np.broadcast_to(numbers("offset", signal.offset), (size,))
-    return signal.start, signal.stop, sine, level
+    return signal.start, signal.stop, sine, level, None

@@ -145,7 +145,7 @@ class SampledLQR(Result):
         self,
         t: ArrayLike,
         r: ArrayLike | Step | Steps | None = None,
-        w: Sine | Step | None = None,
+        w: Sine | Step | Steps | None = None,
         x0: ArrayLike | None = None,
     ) -> Any:
         """The `SampledResponse` of the loop, between the samples too.

@@ -218,7 +218,7 @@ class ClosedLoop(Gains[Proven]):
         self,
         t: ArrayLike,
         r: "ArrayLike | Step | Steps | None" = None,
-        w: "Sine | Step | None" = None,
+        w: "Sine | Step | Steps | None" = None,
         x0: ArrayLike | None = None,
     ) -> "Response | list[Response]":
         """`Response` of the loop; a list of them per vertex.
@@ -227,9 +227,9 @@ class ClosedLoop(Gains[Proven]):
         ----------
         t : (k,) array_like
             Increasing times in seconds, from 0.
-        r : (n,) array_like, Step or Steps, optional
+        r : (n,) array_like, Step, Steps or Ramps, optional
             Set point; an array holds from t = 0 on.
-        w : Sine or Step, optional
+        w : Sine, Step, Steps or Ramps, optional
             Disturbance.
         x0 : (N,) array_like, optional
             Initial state; zero without it. With a law that of the plant is enough,
