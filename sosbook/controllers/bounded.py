@@ -8,8 +8,8 @@ from typing import Any
 from ..exact.proof import Stopped, proven_within
 from ..exact.rational import exact
 from ..runtime.time_limit import checked_seconds
-from ..sampled.discretize import input_vertices
 from .bounds import four_digits
+from .clock import vertices_of
 
 SEEN = {1: 9, 2: 5, 3: 3}  # values of each of so many parameters; of more, the ends
 SECONDS = 60.0  # for a bound; the count of its cells ends most sooner
@@ -83,5 +83,5 @@ def plants_of(c):
     for point in product(*([a + (b - a) * s for s in shares] for a, b in ends)):
         words = (f"{x} = {float(v):.6g}" for x, v in zip(box.names, point))
         plant = family.exactly_at(list(point))
-        found.append((", ".join(words), plant, input_vertices(plant, None)[0]))
+        found.append((", ".join(words), plant, vertices_of(plant)[0]))
     return found

@@ -127,7 +127,7 @@ def proven_decay(c):
     if not c.radius < 1:
         return None
     family = Joined(c, c.B[:, :0], c.D[:, :0]).family
-    clocks = TimeBox.of(c.T, c.delay)
+    clocks = TimeBox.only(c.timing)
     sizes = _moved(c.loops[0])
     for share, budget in RATES:
         rho = float(f"{max(c.radius, LEAST) ** share:.6g}")

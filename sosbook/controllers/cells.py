@@ -69,7 +69,7 @@ class Joined:
         """The `JoinedCell` of corners with these ``weights``, in L [x; i]."""
         c = self.controller
         return JoinedCell(
-            self, PlantCell(self.family, weights, L, TimeBox.of(c.T, c.delay))
+            self, PlantCell(self.family, weights, L, TimeBox.only(c.timing))
         )
 
     def middle(self, weights):

@@ -1,11 +1,15 @@
 """The clock of a controller: its ticks, its delay, and how far they vary."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from ..loops.clock import Clock
 from ..plants.checks import not_negative, positive
 from ..runtime.saying import warn_outside
+from ..sampled.discretize import SampleTiming, input_vertices
 from ..sampled.timing import TimeBox
+from ..synthesis.request import Request
 
 ROUNDING = 1e-9  # of a slack
 SAMPLES = 10  # in the time in which the loop's slowest pole moves by one
@@ -33,6 +37,44 @@ def checked_clock(T, delay, jitter):
     if clock.varies:
         TimeBox.of(*clock.ranges)  # raises where a delay outlasts its interval
     return clock
+
+
+def is_stepped(plant):
+    """True of a ``plant`` of discrete time."""
+    return getattr(plant, "dt", None) is not None
+
+
+def timing_of(plant, T, delay):
+    """The `SampleTiming` of a ``plant`` every T s, ``delay`` s late."""
+    return replace(SampleTiming.of(T, delay), steps=is_stepped(plant))
+
+
+def vertices_of(plant):
+    """The ``plant``'s vertices, a `Descriptor` each; of discrete time its change's."""
+    return Request(plant).vertices if is_stepped(plant) else input_vertices(plant, None)
+
+
+def clock_of(plant, T, delay, jitter):
+    """The `Clock` of a ``plant``'s program: that of `checked_clock` for a ``T``, a
+    ``delay`` and a ``jitter``, or the plant's own ticks where it is of discrete time.
+    """
+    if not is_stepped(plant):
+        if T is None:
+            raise ValueError("T is missing: give the time between samples, in s")
+        return checked_clock(T, delay, jitter)
+    for name, value, own in (
+        ("T", T, plant.dt),
+        ("delay", delay, 0.0),
+        ("jitter", jitter, 0.0),
+    ):
+        if value is not None and value != own:
+            raise ValueError(
+                f"{name} = {value!r}: the plant is one of discrete time, known at its "
+                f"ticks of {plant.dt:g} s alone, where u(k) of what is measured at k "
+                f"acts until k + 1: leave {name} out, and put an input that comes "
+                "later into the plant's states"
+            )
+    return Clock(plant.dt)
 
 
 def least_slack(clock):

@@ -5,7 +5,7 @@ import re
 import numpy as np
 
 from ..exact.definite import exact
-from ..exact.rational import read_number
+from ..exact.rational import read_fractions, read_number
 from ..runtime.digests import digest
 from .estimates import balancing, heading
 from .signals import identifiers
@@ -99,7 +99,7 @@ def columns_fault(text, law=None):
     order, and the comment of a row of ROWS names its sensor. A sampled ``law`` of a
     proof names the plant's states and inputs: what is called as a state has its row.
     """
-    given, law = definitions(text), law if isinstance(law, dict) else {}
+    given, law = definitions(text), law or {}
     if lost := {"SET_POINTS", ROWS} - given.keys():
         return f"the text defines no {', '.join(sorted(lost))}"
     words = {}
@@ -108,9 +108,7 @@ def columns_fault(text, law=None):
         if [given[x] for x in labels] != [str(k) for k in range(int(given[size]))]:
             return f"its {kind}_ numbers aren't 0, 1, ... in their order"
         words[kind] = [x.removeprefix(f"{kind}_") for x in labels]
-    block = re.search(rf"_{ROWS} {{ \\\n(.*?)\n}}", text.replace("\r", ""), re.S)
-    said = re.findall(r"/\* (.*): [^:]* \*/", block[1] if block else "")
-    said = [re.sub(r" \([^()]*\)$", "", words) for words in said]  # without its unit
+    said = _sensors(text)
     if not said or identifiers(said) != words["IN"]:
         return f"its IN_ names aren't those of its {ROWS}"
     if law.get("outputs") and identifiers(law["outputs"]) != words["OUT"]:
@@ -120,6 +118,21 @@ def columns_fault(text, law=None):
         if word in states and (row != np.eye(len(states))[states.index(word)]).any():
             return f"its {ROWS} has another row for {word} than the proof"
     return ""
+
+
+def _states(plant):
+    """The names of a ``plant``'s states in a proof, where its kind has some."""
+    if plant.get("kind") != "descriptor":
+        return ()
+    first = (plant.get("vertices") or [plant])[0]
+    return plant.get("states") or [f"x{k}" for k in range(1, len(first["E"]) + 1)]
+
+
+def _sensors(text):
+    """The names of the sensors beside ROWS, without their units."""
+    block = re.search(rf"_{ROWS} {{ \\\n(.*?)\n}}", text.replace("\r", ""), re.S)
+    said = re.findall(r"/\* (.*): [^:]* \*/", block[1] if block else "")
+    return [re.sub(r" \([^()]*\)$", "", words) for words in said]
 
 
 def _refuse(line):
@@ -177,24 +190,30 @@ def code_fault(data, text):
     function of its sensors y = R x, where R is its matrix ROWS. So C and A must be
     those of the proof, and B R and D R must be its B and D, entry by entry, rounded to
     doubles. In single precision a program can be compared only if each of its sensors
-    is a coordinate as it is.
+    is a coordinate as it is. Of a plant of discrete time the proof has the program's
+    own matrices as those of its law, see `sosbook.controllers.own_ticks`.
     """
-    law = data.get("K")
-    if not law or data.get("law") or "L" in data:
+    law, own, about = data.get("K"), data.get("law"), data.get("plant") or {}
+    if not law or (own and "dt" not in about) or "L" in data:
         return "the proof is about no gain and no sampled controller"
     try:
         mine = read_gains(text)
         robot = "BLEND" in mine
-        fault = "" if robot else columns_fault(text, law)
+        named = law if isinstance(law, dict) else dict(inputs=_states(about))
+        fault = "" if robot else columns_fault(text, named)
     except ValueError as error:
         return str(error)
     if fault:
         return fault
     plant = PLANT.search(text)
-    about = DIGEST.findall(plant[1]) if plant else ()
-    if about and not digest(data.get("plant")).startswith(tuple(about)):
-        return f"it is about another plant, sha256 {', '.join(about)}"
+    given = DIGEST.findall(plant[1]) if plant else ()
+    if given and not digest(data.get("plant")).startswith(tuple(given)):
+        return f"it is about another plant, sha256 {', '.join(given)}"
     kind = np.float32 if mine["SINGLE"] else float
+    if "dt" in about and (fault := _tick_fault(data, mine, kind)):
+        return fault
+    if own:
+        return _program_fault(data, mine, kind, text)
     if not robot:
         if mine["SINGLE"] and _mixes(mine[ROWS]):
             return "its sensors mix coordinates: hold the program in double precision"
@@ -213,6 +232,39 @@ def code_fault(data, text):
         if not _same(law[name], mine[name]):
             seen = "" if name in "AC" else f" {ROWS}"
             return f"its {name}{seen} isn't the proof's {name}"
+    return ""
+
+
+def _tick_fault(data, mine, kind):
+    """The difference between a program's tick and that of a proof's plant of discrete
+    time, on which it acts at once; or "".
+    """
+    dt = float(exact(read_number(data["plant"]["dt"])))
+    us = round(dt / MICROSECOND)
+    if mine["TICK"] != float(kind(dt)) or mine["TICK_US"] != us:
+        return "its TICK isn't the clock of the proof's plant"
+    if any(mine.get(x, 1) for x in DELAYS):
+        return "it acts later than the proof's plant says"
+    return ""
+
+
+def _program_fault(data, mine, kind, text):
+    """The difference between a program and the law of a proof at the ticks of a plant
+    of discrete time; or "".
+    """
+    law, dt = data["law"], exact(read_number(data["plant"]["dt"]))
+    q, l = len(law["rows"]), len(law["E"])
+    wide = dict(rows=0, E=0, A=0, B=q, of_sensors=0, of_states=l)
+    rows, E, A, B, y, s = (read_fractions(law[x], n) for x, n in wide.items())
+    one, own = exact(np.eye(q + l)), exact(np.eye(l))
+    if (np.hstack([y, s]) != one).any() or (E != dt * own).any():
+        return "the proof's law isn't that of a program"
+    if identifiers(_sensors(text)) != identifiers(law["signals"][:q]):
+        return "its sensors aren't the proof's"
+    K = _read(data["K"], kind)
+    for name, M in dict(A=A + own, B=B, C=K[:, q:], D=K[:, :q], ROWS=rows).items():
+        if not _same(np.asarray(M, float).astype(kind).astype(float), mine[name]):
+            return f"its {name} isn't the proof's"
     return ""
 
 

@@ -8,11 +8,11 @@ import numpy as np
 
 from ..loops.clock import Clock
 from ..plants.gain import Gain, input_names
-from ..sampled.discretize import SampleTiming, input_vertices
+from ..sampled.discretize import SampleTiming
 from ..sampled.system import SampledSystem
 from ..sampled.ticks import Ticks
 from .bounds import proven_decay
-from .clock import checked_slack
+from .clock import checked_slack, timing_of, vertices_of
 from .facts import facts_of
 from .limits import Faults, Limits, limits_of
 from .matrices import from_state, matrices_of, start_of, state_space
@@ -114,7 +114,7 @@ class Controller(Questions):
     @cached_property
     def vertices(self) -> tuple:
         """The plant's, a `Descriptor` each, without integrators."""
-        return tuple(input_vertices(self.plant, None))
+        return tuple(vertices_of(self.plant))
 
     @cached_property
     def outputs(self) -> tuple:
@@ -124,7 +124,7 @@ class Controller(Questions):
     @cached_property
     def timing(self) -> SampleTiming:
         """Its clock, in exact rationals."""
-        return SampleTiming.of(self.T, self.delay)
+        return timing_of(self.plant, self.T, self.delay)
 
     @property
     def gains(self) -> tuple:

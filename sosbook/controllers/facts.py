@@ -33,9 +33,11 @@ def facts_of(c, time_limit, step=None):
 def _facts(c, time_limit, trials):
     """Columns and proofs of `facts_of`, which a program and its report both have."""
     sampled = c.certify(time_limit=time_limit)
-    continuous = getattr(c.certificate, "kind", "") != getattr(sampled, "kind", "")
+    kinds = {getattr(x, "kind", "") for x in (c.certificate, sampled)}
+    continuous = len(kinds) > 1 and not c.timing.steps
     words = "gain in continuous time" if continuous else "as designed"
-    named = (("", words, c.certificate), ("_sampled", "", sampled))
+    own = "the program at the plant's ticks" * c.timing.steps
+    named = (("", words, c.certificate), ("_sampled", own, sampled))
     proven, proofs = [f"plant: sha256 {digest(plant_data(c.plant))[:16]}"], []
     for end, what, proof in named:
         if proof is not None and proof.settled:
@@ -47,14 +49,17 @@ def _facts(c, time_limit, trials):
             what = what or "sampled loop"
             failed = ", ".join(map(str, getattr(proof, "failed", ()))) or "no proof"
             proven.append(f"{what}: NOT PROVEN, {failed}")
-    if sampled.proven and not _whole(c, sampled.K):
+    if sampled.proven and not (c.timing.steps or _whole(c, sampled.K)):
         proven.append(
             "the sampled loop is proven with the controller's matrices times rows of "
             "what is measured, rounded to 17 digits; the bounds below are not rounded"
         )
+    acting = f"acting {c.delay:g} s late"
+    if c.timing.steps:
+        acting = "where u, computed after it is measured, acts until the next tick"
     proven.append(
-        f"all of this is about the linear loop, sampled every {c.T:g} s, acting "
-        f"{c.delay:g} s late, {c.estimate.words}; constant plants"
+        f"all of this is about the linear loop, sampled every {c.T:g} s, {acting}, "
+        f"{c.estimate.words}; constant plants"
     )
     if c.clock.varies:
         (short, long), (early, late) = c.clock.ranges

@@ -222,7 +222,7 @@ class Cut:
         """True if every g of a disk is proven to leave every plant's loop stable."""
         c = self.controller
         family = self.family(centre, radius)
-        return cover(family, TimeBox.of(c.T, c.delay), 1.0, cells)[0] is not None
+        return cover(family, TimeBox.only(c.timing), 1.0, cells)[0] is not None
 
 
 def _bordered(x, rows, columns):
@@ -241,13 +241,15 @@ def margins_of(c, at=0, seconds=60.0, sharp=True):
     stable(c, "margins")
     names, several, loop = cut.seen
     known = {x: loop.seen(x) for x in ("low", "high", "phase", "disk")}
-    late, which = _latest(c, several, loop) if sharp else (np.inf, 0)
+    later = sharp and not c.timing.steps  # inputs between the ticks
+    late, which = _latest(c, several, loop) if later else (np.inf, 0)
     disks, found = [], dict.fromkeys(("disk", "low", "high", "phase", "delay"))
     stopped = True
     with suppress(OutOfTime), time_limit(checked_seconds(seconds, needed=True)):
         _of_disks(cut, loop, known, disks, found)
-        if sharp:
+        if later:
             _of_delay(c, late, found)
+        if sharp:
             _of_gains(cut, loop, known, disks)
         stopped = False
     if disks:  # what they hold is known, also where the time has ended a search
@@ -265,7 +267,7 @@ def margins_of(c, at=0, seconds=60.0, sharp=True):
         (margin("low"), margin("high")),
         margin("phase", "deg"),
         margin("disk"),
-        margin("delay", "s") if sharp else None,
+        margin("delay", "s") if later else None,
         loop,
         stopped,
     )

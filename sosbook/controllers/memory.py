@@ -9,7 +9,6 @@ import numpy as np
 from scipy.linalg import solve_discrete_are
 
 from ..exact.rational import exact, round_digits
-from ..sampled.discretize import SampleTiming
 
 DIGITS = 12  # significant decimal digits of what is computed for a controller
 OF_GAINS = 6  # of an observer's gains: any near the best ones will do
@@ -101,16 +100,17 @@ def observed(d, timing, rows, M, names):
     return Estimate(stay, M, *moved, start, *words, predicts=rows)
 
 
-def kalman(d, T, rows, noise, push):
-    """M of the stationary Kalman filter of d every T s: ``rows``, (q, N), have standard
-    deviations ``noise``, unknown inputs and disturbances ``push``, at each tick.
+def kalman(d, timing, rows, noise, push):
+    """M of the stationary Kalman filter of d at the ticks of a ``timing``: ``rows``,
+    (q, N), have standard deviations ``noise``, unknown inputs and disturbances
+    ``push``, at each one.
     """
     forced = np.hstack([d.Bu, d.Bw]) if d.Bw.size else d.Bu
     N = len(d.E)
     if not d.Bw.size:  # forces on every equation
         forced = np.hstack([forced, np.eye(N)[:, d.n :]])
     wide = type(d)(d.E, d.A, forced, d.Bw, d.C)
-    A, G = SampleTiming.of(T, 0.0).held(wide)
+    A, G = timing.at_once.held(wide)
     size = np.linalg.norm(G, axis=0)
     G = G / np.where(size > 0, size, 1)
     process = push**2 * (G @ G.T)

@@ -8,9 +8,8 @@ from ..exact.rational import round_digits
 from ..plants.checks import positive
 from ..plants.gain import Gain, input_names, signals
 from ..plants.simplex import random_weights
-from ..sampled.discretize import SampleTiming, input_vertices
 from ..sampled.ticks import Ticks
-from .clock import checked_clock, least_slack, warn_of_long_ticks
+from .clock import clock_of, least_slack, timing_of, vertices_of, warn_of_long_ticks
 from .controller import Controller
 from .limits import Faults, Limits, quantum
 from .memory import DIGITS, assembled, direct, filtered, kalman, observed
@@ -32,7 +31,7 @@ def controller_of(
     design,
     measured=None,
     *,
-    T,
+    T=None,
     delay=0.0,
     jitter=0.0,
     units=None,
@@ -51,10 +50,10 @@ def controller_of(
     measured, T, delay, jitter, units, counts, memory, filter_time, peak, time_limit
         As in `Gains.controller`, which calls this.
     """
-    clock = checked_clock(T, delay, jitter)
-    delay = clock.latest
     request = design.request
     plant, U = request.plant, request.U
+    clock = clock_of(plant, T, delay, jitter)
+    T, delay = clock.T, clock.latest
     if design.K is None:
         raise ValueError(
             f"the design is {design.status}: there is no gain to make a controller of; "
@@ -67,7 +66,7 @@ def controller_of(
             "holds: design without"
         )
     names = signals(plant)
-    vertices = input_vertices(plant, None)
+    vertices = vertices_of(plant)
     (N, m), n = vertices[0].Bu.shape, vertices[0].n  # no coordinates: n is zero
     outputs = input_names(m)
     law, known = request.law, names[: n or N]
@@ -86,12 +85,13 @@ def controller_of(
     K = design.K if at_ticks else round_digits(design.K, DIGITS)
     if certificate.proven and not at_ticks:
         K = certificate.K
-    timing = SampleTiming.of(T, delay)
+    timing = timing_of(plant, T, delay)
+    stepped = timing.steps
     check_rate(vertices, timing)
-    if not at_ticks:
+    if not (at_ticks or stepped):
         warn_of_long_ticks(design, T)
     if not law.whole:
-        estimate, gain, sums = law_memory(law, plant, K, T, at_ticks)
+        estimate, gain, sums = law_memory(law, plant, K, T, at_ticks, stepped)
         U = sums[:, :places]
         R = quiet_set_point(U, gain.K[:, :places])
     else:
@@ -118,7 +118,7 @@ def controller_of(
     if kind == "filter":
         tracking = 0.0 if filter_time == 0 else positive("filter_time", filter_time)
         return made(filtered(rows, n, m, T, tracking, names))
-    _observable(vertices, rows, names)
+    _observable(vertices, rows, names, T if stepped else None)
     gains = _gains(gain.K, N, U, rows, T, R)
     known = [(w, _mixed(vertices, w)) for w in np.eye(len(vertices))]
     if len(vertices) > 1:
@@ -159,10 +159,10 @@ def check_rate(vertices, timing):
     An unstable pole p of the ``vertices`` and d + 1 ticks from a sample to its effect
     leave a complementary sensitivity of at least e^(p T (d + 1)): T(z) is 1 at z =
     e^(pT), z^(d+1) T(z) is analytic outside the unit circle, and the maximum modulus
-    principle.
+    principle. A plant of discrete time has its poles z itself, and is what it is.
     """
     whole = timing.whole_samples + 1
-    for d in vertices:
+    for d in vertices if not timing.steps else ():
         p = max(0.0, np.linalg.eigvals(np.linalg.solve(d.E, d.A)).real.max())
         least = np.exp(p * float(timing.T) * whole)
         if least > DEAREST_PEAK:
@@ -193,17 +193,23 @@ def _kind(memory, filter_time, rows, n):
     return "direct" if full and memory is None else "observer"
 
 
-def _observable(vertices, rows, names):
-    """Raise where a mode of a vertex that isn't stable isn't measured."""
+def _observable(vertices, rows, names, step):
+    """Raise where a mode of a vertex that isn't stable isn't measured; ``step``: the
+    tick of a plant of discrete time.
+    """
     for d in vertices:
         A = np.linalg.solve(d.E, d.A)
         for s in np.linalg.eigvals(A):
             pencil = np.vstack([s * np.eye(len(A)) - A, rows])
             sizes = np.linalg.svd(pencil, compute_uv=False)
-            if s.real >= -1e-9 * abs(A).max() and sizes[-1] < 1e-9 * sizes[0]:
+            where, grows = f"{s:.4g} rad/s", s.real >= -1e-9 * abs(A).max()
+            if step is not None:
+                z = 1 + step * s
+                where, grows = f"z = {z:.4g}", abs(z) >= 1 - 1e-9
+            if grows and sizes[-1] < 1e-9 * sizes[0]:
                 raise ValueError(
-                    f"measured doesn't see the mode at {s:.4g} rad/s, which isn't "
-                    f"stable by itself: measure more of {', '.join(names)}"
+                    f"measured doesn't see the mode at {where}, which isn't stable by "
+                    f"itself: measure more of {', '.join(names)}"
                 )
 
 
@@ -298,7 +304,7 @@ def chosen_observer(plants, known, timing, rows, steps, names, gains, most, slow
     for doubt in DOUBTS:
         for weights, d in known:
             try:
-                M = kalman(d, float(timing.T), rows, steps, doubt * steps.max())
+                M = kalman(d, timing, rows, steps, doubt * steps.max())
             except (np.linalg.LinAlgError, ValueError):
                 continue
             estimate = observed(d, timing, rows, M, names)

@@ -67,18 +67,19 @@ def _of_places(law, plant, rows):
     return count
 
 
-def law_memory(law, plant, K, T, at_ticks=False):
+def law_memory(law, plant, K, T, at_ticks=False, steps=False):
     """The `Estimate` that a ``law`` of a ``plant`` remembers every T s, without
     integrals; the `Gain` of its signals, integrals last; and (a, s), what is integrated
     of the sensors. ``K``, (m + free, q), is read as decimals; ``at_ticks``: free
-    dynamics are from tick to tick already.
+    dynamics are from tick to tick already; ``steps``: the plant is of discrete time,
+    and the memory's change in a tick is T (A x + B y), to the letter.
     """
     parts, K = law.parts(plant), exact(np.asarray(K))
     A, B, C, D = parts.controller(K)
     a, l, s = parts.integrals, len(A), len(parts.sensors)
     if A[:a].any() or A[:, :a].any():  # no plain sums: memory as any other
         a = 0
-    if not parts.free:
+    if not (parts.free or steps):
         _not_too_fast(parts, a, T)
     m = len(C)
     stay, take = parts.of_states, parts.of_sensors
@@ -93,11 +94,14 @@ def law_memory(law, plant, K, T, at_ticks=False):
         np.asarray(np.hstack([K[:m, kept], C[:, :a]]), float),
         (*(names[k] for k in kept), *parts.states[:a]),
     )
+    moved = A[a:, a:], B[a:]
+    if steps:
+        moved = exact(np.eye(l - a)) + exact(T) * moved[0], exact(T) * moved[1]
     flow, push, now, sums = (
-        np.asarray(x, float) for x in (A[a:, a:], B[a:], stay[kept, a:], B[:a])
+        np.asarray(x, float) for x in (*moved, stay[kept, a:], B[:a])
     )
     seen = np.zeros((l - a, s))
-    if not (at_ticks and parts.free):
+    if not (steps or (at_ticks and parts.free)):
         flow, push, seen = _ramped(flow, push, T)
     at_once = np.asarray(take[kept], float) + now @ seen
     start = np.zeros((l - a, s))
@@ -107,7 +111,8 @@ def law_memory(law, plant, K, T, at_ticks=False):
         X = np.linalg.solve(still, push)
         flow = np.round(np.linalg.solve(X, flow @ X), 12)
         push, now, start = np.eye(s) - flow, now @ X, np.eye(s)
-    words = f"{law.words(plant)}, between samples as for readings in straight lines"
+    lines = "" if steps else ", between samples as for readings in straight lines"
+    words = f"{law.words(plant)}{lines}"
     none = np.zeros((l - a, m))
     known = now, at_once, flow, push, none[:, :0], none, start, parts.states[a:], words
     return Estimate(*known, errors=True), gain, sums

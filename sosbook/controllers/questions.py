@@ -9,6 +9,7 @@ from ..runtime.read_only import ReadOnly
 from ..sampled.furthest import furthest_sampled
 from ..sampled.proof import certify_sampled
 from .margins import Margins, margins_of
+from .own_ticks import proven
 from .signals import vector_of
 from .simulation import Run, simulate_controller
 
@@ -36,15 +37,17 @@ class Questions(ReadOnly):
         ----------
         **asked
             Of `certify_sampled`; ``T`` and ``delay`` are the clock's, or other ranges.
+            Of a plant of discrete time ``norm``, ``rate`` and ``time_limit`` alone.
 
         Returns
         -------
         SampledProof
             Of the linear loop: limits and quantisation are no part of it. B R, D R, B N
             and D N, of the noise N of a law's readings, are doubles, as its file shows.
+            Of a plant of discrete time a `DesignProof` without such roundings, see
+            `sosbook.controllers.own_ticks`.
         """
-        asked = dict(zip(("T", "delay"), self.clock.ranges)) | asked
-        return certify_sampled(self.plant, self.of_state, **asked)
+        return certified(self, asked)
 
     def furthest(self, find: str = "T", most: float | None = None, **asked: Any) -> Any:
         """The longest interval, or delay, for which the program as it is is proven.
@@ -68,16 +71,7 @@ class Questions(ReadOnly):
         ValueError
             If another thing is sought, or ``most`` isn't above the present value.
         """
-        T, delay = self.clock.T, self.clock.latest
-        ends = {"T": (T, LONGER * T), "delay": (delay, (delay // T + 1) * T)}
-        if find not in ends:
-            raise ValueError(f'find must be "T" or "delay", got {find!r}')
-        low, high = ends[find]
-        high = high if most is None else positive("most", most)
-        if high <= low:
-            raise ValueError(f"most = {high:g} s isn't above the {find} of {low:g} s")
-        clock = {"T": T, "delay": delay, find: (low, high)}
-        return furthest_sampled(self.plant, self.of_state, find=find, **clock, **asked)
+        return furthest_of(self, find, most, asked)
 
     def margins(
         self, at: int | str = 0, time_limit: float = 60.0, *, sharp: bool = True
@@ -147,3 +141,29 @@ class Questions(ReadOnly):
             It proves nothing. Encoders have their steps.
         """
         return simulate_controller(self, seconds, r, w, **more)
+
+
+def certified(c, asked):
+    """The proof of `Questions.certify` for a controller c and what is ``asked``."""
+    if c.timing.steps:
+        return proven(c, asked)
+    asked = dict(zip(("T", "delay"), c.clock.ranges)) | asked
+    return certify_sampled(c.plant, c.of_state, **asked)
+
+
+def furthest_of(c, find, most, asked):
+    """The proof of `Questions.furthest` for a controller c: ``find``, ``most`` and what
+    else is ``asked``.
+    """
+    if c.timing.steps:
+        return proven(c, {"furthest": find})  # raises
+    T, delay = c.clock.T, c.clock.latest
+    ends = {"T": (T, LONGER * T), "delay": (delay, (delay // T + 1) * T)}
+    if find not in ends:
+        raise ValueError(f'find must be "T" or "delay", got {find!r}')
+    low, high = ends[find]
+    high = high if most is None else positive("most", most)
+    if high <= low:
+        raise ValueError(f"most = {high:g} s isn't above the {find} of {low:g} s")
+    clock = {"T": T, "delay": delay, find: (low, high)}
+    return furthest_sampled(c.plant, c.of_state, find=find, **clock, **asked)

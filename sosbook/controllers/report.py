@@ -77,16 +77,17 @@ def _page(design, c, code):
     if getattr(design, "at_ticks", False):
         asked = [design.words]
     else:
-        title = "<h2>Asked, proven and true, in continuous time</h2>"
+        when = "at the plant's ticks" if c.timing.steps else "in continuous time"
+        title = f"<h2>Asked, proven and true, {when}</h2>"
         bounds = title, design.bounds()._repr_html_()
-        peak = f"{design.sensitivity_peak():.3f}; "
+        peak = "" if c.timing.steps else f"{design.sensitivity_peak():.3f}; "
     parts = [
         f"<h1>{escape(code.name)}: a controller and what is known of it</h1>",
         f"<p>{escape(repr(c)[1:-1])}.</p>",
         "<h2>What was asked</h2><ul>",
         *(f"<li>{escape(words)}</li>" for words in asked),
         "</ul><h2>The plant</h2>",
-        *(_plant(d, name) for d, name in zip(c.vertices, _corners(c))),
+        *(_plant(c, *x) for x in zip(c.vertices, _corners(c))),
         "<h2>The gain</h2>",
         _table(
             ["output", *c.gain.signals],
@@ -137,12 +138,13 @@ def _margins(c):
             yield c.margins(k, FOR_MARGINS, sharp=False)._repr_html_()
 
 
-def _plant(d, name):
+def _plant(c, d, name):
+    change = f"(next x - x)/({c.T:g} s)" if c.timing.steps else "x'"
     rows = "\n".join(
         f"{name} = {np.array2string(np.asarray(m), precision=6)}"
         for name, m in (("E", d.E), ("A", d.A), ("B", d.Bu))
     )
-    title = f"C{name[1:]}. E x' = A x + B u:"
+    title = f"C{name[1:]}. E {change} = A x + B u:"
     return f"<p>{escape(title)}</p><pre>{escape(rows)}</pre>"
 
 

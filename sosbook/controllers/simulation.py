@@ -5,7 +5,6 @@ solved exactly; friction and backlash are constant over a part of a tick.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import expm
 
 from ..plants.checks import count, positive
 from .replay import Replay
@@ -92,7 +91,8 @@ def simulate_controller(
     forces = _Forces(plants, friction, backlash)
     early, rest = float(c.timing.remainder), float(c.timing.T - c.timing.remainder)
     parts = PARTS if forces.entry.size else 1  # else nothing changes within a span
-    flows = [_flow(plants, forces.entry, span / parts) for span in (early, rest)]
+    spans = (span / parts for span in (early, rest))
+    flows = [_flow(c.timing, plants, forces.entry, span) for span in spans]
     joined = getattr(c.plant, "sensed", None)
     x0 = x0 if joined is None else joined.whole(x0)
     x = np.zeros((runs, N)) if x0 is None else np.broadcast_to(x0, (runs, N)) + 0.0
@@ -155,15 +155,15 @@ def _at(signal, t, size):
     return np.broadcast_to(np.asarray(value, float).reshape(-1), (size,))
 
 
-def _flow(plants, entry, span):
-    """The flow over a span of seconds, for each plant."""
+def _flow(timing, plants, entry, span):
+    """The flow over a ``span`` of seconds, for each of ``plants``, as of ``timing``."""
     steps = []
     for d in plants:
         N, m, p = len(d.E), d.Bu.shape[1], d.Bw.shape[1]
         wide = np.hstack([d.A, d.Bu, d.Bw, entry])
         A = np.zeros((wide.shape[1],) * 2)
         A[:N] = np.linalg.solve(d.E, wide)
-        steps.append(expm(A * span)[:N])
+        steps.append(timing.flow(A, span)[:N])
     steps = np.array(steps)
     parts = np.split(steps, [N, N + m, N + m + p], axis=2)
     return *parts, span

@@ -143,9 +143,9 @@ class Loop(ReadOnly):
         """The `Controller` that its clock runs."""
         if hasattr(self.gains, "of_state"):
             return self.gains
-        if not isinstance(self.clock, Clock):
+        c = self.clock or (Clock(self.request.step) if self.request.step else None)
+        if not isinstance(c, Clock):
             raise ValueError("this loop has no clock: take loop.at(T=...)")
-        c = self.clock
         return self.design.controller(T=c.T, delay=c.delay, jitter=c.jitter)
 
     @property

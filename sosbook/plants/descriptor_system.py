@@ -333,8 +333,7 @@ NO_RATE = (
 OF_TICKS = (
     "the plant is one of discrete time (dt is given), and {} is for plants of "
     "continuous time: design_pid, analyse_pid and design_lqr take both, with regions, "
-    "norms and a quadratic cost; what a program multiplies at each tick is "
-    "design.loop.to_ss()"
+    "norms and a quadratic cost; design.controller() is the program at its ticks"
 )
 
 

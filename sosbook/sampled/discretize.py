@@ -122,13 +122,16 @@ class SampleTiming:
 
     ``T``, fmpq: time between samples, in s; ``whole_samples``: how many whole samples
     the delay lasts; ``remainder``, fmpq: what is left of the delay, in s; less than T;
-    ``shared``: whether the state holds the input before even where nothing is left.
+    ``shared``: whether the state holds the input before even where nothing is left;
+    ``steps``: the plant is one of discrete time, whose `Descriptor` is that of its
+    change in a tick, (x(k+1) - x(k)) / T: there is no motion between the ticks.
     """
 
     T: fmpq
     whole_samples: int
     remainder: fmpq
     shared: bool = False
+    steps: bool = False
 
     @classmethod
     def of(cls, T, delay):
@@ -149,6 +152,11 @@ class SampleTiming:
             return cls(T, whole, fmpq(0))
         whole = int((late / T).floor())
         return cls(T, whole, late - whole * T)
+
+    @property
+    def at_once(self):
+        """The same ticks, without a delay."""
+        return SampleTiming(self.T, 0, fmpq(0), steps=self.steps)
 
     @property
     def n_past_inputs(self):
@@ -237,6 +245,11 @@ class SampleTiming:
         spans = self.remainder, self.T - self.remainder
         return [(M, t) for M, t in zip(generators(A, B), spans) if t != 0]
 
+    def flow(self, M, span):
+        """The map over a ``span`` of seconds of x' = M x, in floats."""
+        step = M * float(span)
+        return np.eye(len(M)) + step if self.steps else expm(step)
+
     def held(self, d):
         """The two matrices of `c2d`, for one vertex d."""
         A, B, _ = d.state_space()
@@ -244,7 +257,7 @@ class SampleTiming:
         flow = np.eye(N + 2 * m)
         with np.errstate(over="ignore", invalid="ignore"):
             for M, span in self.segments(A, B):
-                flow = expm(M * float(span)) @ flow
+                flow = self.flow(M, span) @ flow
         if not np.isfinite(flow).all():
             raise ValueError(
                 f"T = {float(self.T)}: the plant's motion overflows from "

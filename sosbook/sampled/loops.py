@@ -156,13 +156,14 @@ class SampledFamily:
     def _flows(self, X, degree, timing):
         """As `_flow`, of a series of [A B], {exponents: arb_mat}."""
         N, flow = self.shape.N, None
+        exponential = power.moved if timing.steps else power.exponential
         several = {e: timing.segments(*self._parts(entries(M))) for e, M in X.items()}
         for pieces in zip(*several.values()):
             step = {
                 e: arb_mat(*M.shape, balls(M).ravel().tolist()) * arb(exact(t))
                 for e, (M, t) in zip(several, pieces)
             }
-            step = power.exponential(step, degree)
+            step = exponential(step, degree)
             flow = step if flow is None else power.times(step, flow, degree)
         rows = next(iter(flow.values())).ncols()
         first = arb_mat(N, rows, np.eye(N, rows, dtype=int).ravel().tolist())
@@ -252,7 +253,9 @@ class SampledFamily:
         flow = None  # its last columns, of which the first rows are wanted
         for piece in pieces:
             span = balls(np.array([piece[0][1]]))[0]
-            step = exponential(series([M for M, _ in piece]) * span)
+            step = series([M for M, _ in piece]) * span
+            one = np.eye(len(step), dtype=int)
+            step = one + step if timing.steps else exponential(step)
             flow = step[:, -(N + 2 * m) :] if flow is None else step[:N] @ flow
         return flow[:N]
 

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from flint import fmpq
 from scipy.linalg import expm, matrix_balance, solve_discrete_are
 
 from ..analysis.riccati import balanced_units
@@ -331,7 +330,7 @@ def _weights(Q, R, d):
 def _check_stabilisable(d, timing):
     """Hautus's test; the delay has no part in it."""
     A, B, _ = d.state_space()
-    flow, inputs = SampleTiming(timing.T, 0, fmpq(0)).held(d)
+    flow, inputs = timing.at_once.held(d)
     scale = matrix_balance(A, permute=False, separate=True)[1][0]
     for z in np.linalg.eigvals(flow):
         if abs(z) < 1 - 1e-9 or not _hidden(flow, inputs, z, scale):

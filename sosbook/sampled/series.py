@@ -13,7 +13,7 @@ from flint import arb, arb_mat
 
 from .balls import entries, hull
 
-__all__ = ["exponential", "exponents", "parts", "quotient", "times"]
+__all__ = ["exponential", "exponents", "moved", "parts", "quotient", "times"]
 
 TERMS = 20  # of the exponential of what is shorter than a half
 
@@ -72,6 +72,14 @@ def quotient(E, A, degree, first=None):
                 right = right - matrix * found[rest]
         found[e] = E[zero].solve(right)
     return found
+
+
+def moved(x, _):
+    """One more than a series x of square matrices: what a plant of discrete time has
+    in the place of its exponential.
+    """
+    zero = min(x, key=sum)
+    return x | {zero: x[zero] + arb_mat(x[zero].nrows(), x[zero].nrows(), 1)}
 
 
 def exponential(x, degree):

@@ -24,11 +24,11 @@ def frequencies(T, F=None):
 @dataclass(frozen=True, eq=False)
 class Ticks:
     """x+ = F x + noise n + set_point r + load w + pushed f + limited (v - u), u = H x +
-    direct n + direct_r r + direct_w w, every T s. The state x is the plant's, its older
-    inputs, and the controller's; ``noise`` is the sensors', ``load`` that of w, which
-    is held over a tick, pushes the ``plant`` and enters its readings by ``read``, (q,
-    p); ``pushed`` is a disturbance at the plant's input, ``limited`` what the limits
-    take away.
+    direct n + direct_r r + direct_w w, at the ticks of a ``timing``. The state x is the
+    plant's, its older inputs, and the controller's; ``noise`` is the sensors', ``load``
+    that of w, which is held over a tick, pushes the ``plant`` and enters its readings
+    by ``read``, (q, p); ``pushed`` is a disturbance at the plant's input, ``limited``
+    what the limits take away.
     """
 
     F: np.ndarray
@@ -39,9 +39,14 @@ class Ticks:
     H: np.ndarray
     direct: np.ndarray
     direct_r: np.ndarray
-    T: float
+    timing: SampleTiming
     plant: object
     read: np.ndarray
+
+    @property
+    def T(self):
+        """The time between ticks, in s."""
+        return float(self.timing.T)
 
     @classmethod
     def of(cls, parts, rows, timing, d, read=None):
@@ -56,7 +61,7 @@ class Ticks:
         D_r, W = parts["D_r"], parts["W"]
         pairs = (B @ D, B_c), (B @ D_r, parts["B_r"]), (B, np.zeros_like(W)), (B, W)
         H = np.hstack([D @ seen, C])
-        known = H, D, D_r, float(timing.T), d
+        known = H, D, D_r, timing, d
         read = np.zeros((len(rows), d.Bw.shape[1])) if read is None else read
         return cls(F, *map(np.vstack, pairs), *known, read)
 
@@ -65,7 +70,7 @@ class Ticks:
         """How a w that is held over a tick acts on the state."""
         found, d = self.noise @ self.read, self.plant
         if d.Bw.size:
-            held = SampleTiming.of(self.T, 0.0).held(replace(d, Bu=d.Bw))[1]
+            held = self.timing.at_once.held(replace(d, Bu=d.Bw))[1]
             found[: len(d.E)] += held[: len(d.E)]
         return found
 

@@ -17,14 +17,22 @@ class TimeBox:
 
     ``T``, (fmpq, fmpq): the shortest and the longest time between two samples, in s;
     ``late``, (fmpq, fmpq): between which times a delay is, in s, less its whole
-    samples; ``whole_samples``: how many whole samples a delay lasts; ``shared``: as in
-    `SampleTiming`.
+    samples; ``whole_samples``: how many whole samples a delay lasts; ``shared`` and
+    ``steps``: as in `SampleTiming`.
     """
 
     T: tuple
     late: tuple
     whole_samples: int
     shared: bool
+    steps: bool = False
+
+    @classmethod
+    def only(cls, timing):
+        """The box of one ``timing``, a `SampleTiming`."""
+        late = timing.remainder
+        own = timing.whole_samples, late > 0, timing.steps
+        return cls((timing.T,) * 2, (late,) * 2, *own)
 
     @classmethod
     def of(cls, T, delay):
@@ -57,7 +65,7 @@ class TimeBox:
     def corners(self):
         """The `SampleTiming` of each corner, where the delay may be too long."""
         return [
-            SampleTiming(T, self.whole_samples, late, self.shared)
+            SampleTiming(T, self.whole_samples, late, self.shared, self.steps)
             for T, late in product(*(sorted(set(x)) for x in (self.T, self.late)))
         ]
 

@@ -43,7 +43,7 @@ class Gains(Result[Proven]):
         self,
         measured: Sequence[str] | None = None,
         *,
-        T: float,
+        T: float | None = None,
         delay: float | tuple[float, float] = 0.0,
         jitter: float = 0.0,
         units: dict[str, str] | None = None,
@@ -65,7 +65,9 @@ class Gains(Result[Proven]):
             Names of what is measured, of the plant's ``coordinates`` (z1, z2, ...
             without names) and their rates such as "z1'"; everything without it.
         T : float
-            Time between samples, in s.
+            Time between samples, in s. Of a plant of discrete time its own ``dt``,
+            also without it: u(k), computed after y(k) is measured, acts until k + 1, as
+            in the plant's equations, which may have more delay in their states.
         delay : float or (low, high)
             From a sample to the actuator, in s. Of a range: the program is made for
             the latest, and proven for every sequence of them.
