@@ -13,15 +13,11 @@ Record descriptor := Descriptor { E_ : numbers; A_ : numbers; B_ : numbers }.
 Definition loop_E (d e : Z) (v : descriptor) : entries := times e (whole d (E_ v)).
 Definition loop_A m (d e : Z) (K : numbers) (v : descriptor) : entries :=
   plus (times e (whole d (A_ v))) (mul m (whole d (B_ v)) (whole e K)).
-Definition descriptor_shown N m (vs : seq descriptor) (K : numbers) k
-    (alpha beta : numbers) (d e g : Z) (P : seq (seq Z)) (wP : witness)
-    (wG : seq (seq witness)) : bool :=
-  if [&& (0 < N)%N, Z.ltb 0 d, Z.ltb 0 e, Z.ltb 0 g,
-      all (fun v => [&& is_whole d (E_ v), is_whole d (A_ v) & is_whole d (B_ v)]) vs,
-      is_whole e K, is_whole g alpha & is_whole g beta] then
-    lmis_hold N k (memo k k (whole g alpha)) (memo k k (whole g beta)) (at_ P)
-      [seq (memo N N (loop_E d e v), memo N N (loop_A m d e K v)) | v <- vs] wP wG
-  else false.
+Definition descriptor_whole (vs : seq descriptor) (K : numbers) (d e : Z) : bool :=
+  [&& Z.ltb 0 d, Z.ltb 0 e, is_whole e K
+    & all (fun v => [&& is_whole d (E_ v), is_whole d (A_ v) & is_whole d (B_ v)]) vs].
+Definition descriptor_pencils N m (vs : seq descriptor) (K : numbers) (d e : Z) :=
+  [seq (memo N N (loop_E d e v), memo N N (loop_A m d e K v)) | v <- vs].
 
 (* What is said: for all weights w >= 0 whose sum is one the matrix E of the mean plant
    is regular, and each motion x e^(s t) has its s in the place R. *)
@@ -37,14 +33,13 @@ Definition descriptor_poles_in N m (vs : seq descriptor) (K : numbers)
     s *: (E *m x) = A *m x + B *m (real C m N K *m x) ->
     R C s.
 
-Theorem descriptor_sound N m vs K (R : place) k alpha beta d e g P wP wG :
-  (forall C s, in_matrices k.+1 alpha beta C s -> R C s) ->
-  descriptor_shown N m vs K k.+1 alpha beta d e g P wP wG ->
+Theorem descriptor_sound N m vs K (R : place) d e :
+  descriptor_whole vs K d e -> decided N R (descriptor_pencils N m vs K d e) ->
   descriptor_poles_in N m vs K R.
 Proof.
-move=> inside; rewrite /descriptor_shown; case: ifP => // /and5P[N0 d0 e0 g0].
-move=> /andP[/(all_nthP (Descriptor [::] [::] [::])) each /and3P[wK wa wb]] ok.
-move=> C w w0 w1 no E A B; set pencils := map _ _ in ok.
+move=> /and4P[d0 e0 wK /(all_nthP (Descriptor [::] [::] [::])) each] known.
+move=> C w w0 w1 no E A B; set pencils := descriptor_pencils _ _ _ _ _ _ in known.
+have [regular poles] := known C _ w (size_map _ _) w0 w1.
 have c0 : phi C (Z.mul d e) != 0 by rewrite phiM mulf_neq0 ?lt0r_neq0 ?phi_gt0.
 have eE : E_mean N pencils w = phi C (Z.mul d e) *: E.
   rewrite /E /mean scaler_sumr; apply: eq_bigr => i _.
@@ -58,10 +53,7 @@ have eA : A_mean N pencils w = phi C (Z.mul d e) *: (A + B *m real C m N K).
   rewrite -!scalemxAl -scalemxAr !scalerDr !scalerA.
   by congr (_ *: _ + _ *: _); ring.
 split.
-  have := E_regular N0 ok (size_map _ _) w0 w1 (ltn0Sn k); rewrite eE detZ.
-  by apply: contraNN => /eqP->; rewrite mulr0.
-move=> s x x0 motion; apply: inside; apply: (in_region_whole g0 wa wb).
-apply: (poles_in_region N0 ok (size_map _ _) w0 w1).
-apply: (det0_right x0); rewrite eE eA mulmxBl -!scalemxAl mulmxDl -mulmxA -motion.
+  by move: regular; rewrite eE detZ; apply: contraNN => /eqP->; rewrite mulr0.
+move=> s x x0 motion; apply: poles; apply: (det0_right x0); rewrite eE eA mulmxBl -!scalemxAl mulmxDl -mulmxA -motion.
 by rewrite scalerA mulrC -scalerA subrr.
 Qed.

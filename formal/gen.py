@@ -1,4 +1,4 @@
-"""Turn a proof file of sosbook into a file for Rocq: ``python gen.py proof.json``.
+"""Turn a proof file of sosbook into one for Rocq: ``python -m formal.gen proof.json``.
 
 What it prints proves by its own run, with the theorems beside this file, that the
 poles of the file's plants lie in the file's regions. Nothing here has to be believed:
@@ -11,23 +11,26 @@ Exit code: 0 written, 3 not covered, 1 nothing shows what the file says.
 import json
 import re
 import sys
-from fractions import Fraction
-from math import isqrt, lcm
 from pathlib import Path
 
+from formal import known
+from formal.common import (
+    Failed,
+    Refused,
+    constant,
+    integers,
+    literal,
+    plus,
+    product,
+    ratio,
+    rationals,
+    transposed,
+    triple,
+    witness,
+)
+from formal.loops import NAMES, Loop
+
 CHECKER = Path(__file__).resolve().parents[1] / "sosbook" / "exact"
-
-#: Bits of the factors L; a block that none of these shows is near the boundary.
-BITS = (24, 32, 48, 64, 96, 128, 192, 256, 384, 512)
-
-
-class Refused(Exception):
-    """The file isn't covered; the text says why."""
-
-
-class Failed(Exception):
-    """Nothing was found that shows what the file says."""
-
 
 # ---- What a file says
 
@@ -39,13 +42,16 @@ def read(text):
         raise Refused("it is no proof file of version 2")
     if file["kind"] == "sampled":
         return boxes(text)
-    if file["kind"] != "design":
+    kind = file["kind"]
+    if kind not in ("design", "known gain"):
         raise Refused(f"a proof of the kind {file['kind']!r}")
     if "text" not in file:
         raise Refused("a proof without a text")
     file = looked_up(file["asks"], file["data"] | file["point"])
     if "parameters" in file["plant"] or file["plant"]["kind"] not in NAMES:
         raise Refused("a plant with parameters in ranges, or of another kind")
+    if kind == "known gain":
+        return known.Known(file)
     if set(file["unknowns"]) & {"V", "P 1"} or "P" not in file["unknowns"]:
         raise Refused("a design without a common P")
     return Problem(file)
@@ -64,53 +70,33 @@ def looked_up(asked, named):
     return asked
 
 
-NAMES = {"second order": "MDSB", "descriptor": "EAB"}
-STABLE = {"name": "stability", "form": "half-plane", "sigma": "0",
-          "alpha": [["0"]], "beta": [["1"]]}  # fmt: skip
-
-
 class Problem:
-    """The numbers of a file, as it writes them, and P in integers."""
+    """A design: its loop, its regions, and P in integers; see region.v."""
+
+    theory = ""
 
     def __init__(self, file):
-        plant, self.P = file["plant"], integers(file["unknowns"]["P"])[1]
-        self.K, self.U, self.K_A = file["K"], file["U"], file["K_A"] or []
-        self.vertices, self.kind = plant["vertices"], plant["kind"]
-        self.names = NAMES[self.kind]
+        self.loop, self.P = Loop(file), integers(file["unknowns"]["P"])[1]
         asked = [r for r in file["requirements"] if r["kind"] == "region"]
-        self.regions = [STABLE, *asked]
-        self.n, self.p = len(self.vertices[0][self.names[0]]), len(self.U)
-        self.m = len(self.vertices[0]["B"][0])
+        self.regions = [known.STABLE, *asked]
 
-    def pencils(self):
-        """d, e and the pencils of the theorems: integers, the plant's times d e."""
-        d = denominator(self.U, *(v[x] for v in self.vertices for x in self.names))
-        e, n = denominator(self.K, self.K_A), self.n
-        K, U, pencils = times(e, self.K), times(d, self.U), []
-        K_A = times(e, self.K_A) or zeros(self.m, n)
-        for v in self.vertices:
-            B = times(d, v["B"])
-            BK = product(B, K) if K else zeros(n, self.N)
-            if self.kind == "descriptor":
-                E, A = times(d * e, v["E"]), plus(times(d * e, v["A"]), BK)
-            else:
-                M, D, S = (times(d * e, v[x]) for x in "MDS")
-                E, A = zeros(self.N, self.N), zeros(self.N, self.N)
-                BK_A = product(B, K_A) if K else zeros(n, n)
-                for i in range(n):
-                    E[i][i] = A[i][n + i] = d * e
-                    E[n + i][n : 2 * n] = [a - b for a, b in zip(M[i], BK_A[i])]
-                    row = [-a for a in S[i] + D[i]] + [0] * self.p
-                    A[n + i] = [a + b for a, b in zip(row, BK[i])]
-                for i, row in enumerate(U):
-                    E[2 * n + i][2 * n + i] = d * e
-                    A[2 * n + i][:n] = [e * a for a in row]
-            pencils.append((E, A))
-        return d, e, pencils
+    def text(self):
+        w = witness(self.P)
+        if w is None:
+            raise Failed("nothing shows that P is positive definite")
+        P = constant("P", "seq (seq Z)", literal(self.P))
+        return [P, constant("wP", "witness", triple(w))]
 
-    @property
-    def N(self):
-        return self.n if self.kind == "descriptor" else 2 * self.n + self.p
+    def shown(self, number, pencils, c, sound):
+        """Of a region label, vertices, a definition, the rule, and the last words."""
+        r = self.regions[number]
+        g, alpha, beta = integers(r["alpha"], r["beta"])
+        rule = f"pairs_sound _ {len(alpha) - 1} alpha_{number} beta_{number} {g} P wP"
+        for label, who, rows in witnesses(alpha, beta, self.P, pencils):
+            w = f"w_{number}{label}"
+            pairs = ";\n ".join(f"[:: {';'.join(map(triple, row))}]" for row in rows)
+            text = constant(w, "seq (seq witness)", f"[:: {pairs}]")
+            yield f"{number}{label}", who, text, f"{rule} {w}", sound
 
 
 def boxes(text):
@@ -149,37 +135,7 @@ def boxes(text):
     return list(found.values())
 
 
-# ---- Matrices of integers
-
-
-def denominator(*matrices):
-    return lcm(*(Fraction(a).denominator for x in matrices for r in x for a in r))
-
-
-def times(d, matrix):
-    return [[int(d * Fraction(a)) for a in row] for row in matrix]
-
-
-def integers(*matrices):
-    d = denominator(*matrices)
-    return (d, *(times(d, x) for x in matrices))
-
-
-def zeros(rows, columns):
-    return [[0] * columns for _ in range(rows)]
-
-
-def plus(a, b):
-    return [[x + y for x, y in zip(r, s)] for r, s in zip(a, b)]
-
-
-def transposed(a):
-    return [list(r) for r in zip(*a)]
-
-
-def product(a, b):
-    columns = transposed(b)
-    return [[sum(x * y for x, y in zip(r, c)) for c in columns] for r in a]
+# ---- What Rocq reads
 
 
 def block(alpha, beta, P, one, other):
@@ -196,51 +152,6 @@ def block(alpha, beta, P, one, other):
             for a in range(k) for r in range(N)]  # fmt: skip
 
 
-def witness(G):
-    """u, t, L: the diagonal of u G - t L L' exceeds the rest of its row; or None."""
-    top = max((row[i] for i, row in enumerate(G)), default=0).bit_length()
-    for bits in BITS:
-        up, down = max(0, 2 * bits - top), max(0, top - 2 * bits) // 2
-        uG = [[a << up for a in row] for row in G]
-        L = factor(uG, down, bits // 2)
-        if L and dominant(less(uG, L, 2 * down)):
-            return 1 << up, 1 << 2 * down, L
-    return None
-
-
-def less(G, L, shift):
-    """G - 2^shift L L'"""
-    return [
-        [a - (sum(x * y for x, y in zip(r, s)) << shift) for a, s in zip(row, L)]
-        for r, row in zip(L, G)
-    ]
-
-
-def factor(G, h, gap):
-    """L up to the diagonal: L L' is near G / 4^h less 2^-gap of its diagonal."""
-    L = []
-    for i, row in enumerate(G):
-        new = []
-        for j in range(i + 1):
-            a = row[j] - (row[j] >> gap if i == j else 0)
-            rest = (a >> 2 * h) - sum(
-                x * y for x, y in zip(new, L[j] if j < i else new)
-            )
-            if i == j and rest <= 0:
-                return None
-            new.append(isqrt(rest) if i == j else rest // L[j][j])
-            if i == j and not new[-1]:
-                return None
-        L.append(new)
-    return L
-
-
-def dominant(R):
-    return all(2 * row[i] > sum(map(abs, row)) for i, row in enumerate(R))
-
-
-# ---- What Rocq reads
-
 HEAD = """\
 (* Made by formal/gen.py from a proof file of sosbook. *)
 From Coq Require Import ZArith QArith.
@@ -253,9 +164,9 @@ Local Open Scope Z_scope.
 THEOREM = """\
 Theorem poles_{label} : {kind}_poles_in {plant} ({where}).
 Proof.
-apply: (@{kind}_sound {plant} _ {less} alpha_{number} beta_{number} {scales} P wP
-  w_{label}); last by vm_cast_no_check (eq_refl true).
-{sound}
+apply: (@{kind}_sound {plant} _ {d} {e}); first by vm_cast_no_check (eq_refl true).
+apply: (@{rule}); last by vm_cast_no_check (eq_refl true).
+by move=> C s{sound}.
 Qed.
 """
 
@@ -263,14 +174,6 @@ END = """
 Definition proven := ({}).
 Print Assumptions proven.
 """
-
-
-def literal(matrix):
-    """A list of lists, with the digits of the file."""
-    rows = (
-        "[:: " + "; ".join(map(str, row)) + "]" if row else "[::]" for row in matrix
-    )
-    return "[:: " + ";\n  ".join(rows) + "]" if matrix else "[::]"
 
 
 def named(r, number):
@@ -284,20 +187,11 @@ def named(r, number):
         "sector": ("sector", *beta[0], r.get("apex")),
     }
     if r["form"] not in numbers:
-        return f"in_matrices {len(beta)} alpha_{number} beta_{number}", "by []."
+        return f"in_matrices {len(beta)} alpha_{number} beta_{number}", ""
     name, *given = numbers[r["form"]]
     words = " ".join([f"in_{name}", *(f"({x})" if "-" in x else x for x in given)])
-    sound = f"by move=> C s; apply: {name}_sound; vm_cast_no_check (eq_refl true)."
+    sound = f"; apply: {name}_sound; vm_cast_no_check (eq_refl true)"
     return words, sound
-
-
-def constant(name, kind, text):
-    return f"Definition {name} : {kind} := {text}.\n"
-
-
-def triple(witness):
-    u, t, L = witness
-    return f"({u}, {t}, {literal(L)})"
 
 
 FALLS = """\
@@ -338,51 +232,26 @@ def least(ball):
             for i, (u, v) in enumerate(zip(ball.a, zip(*ball.a)))]  # fmt: skip
 
 
-def ratio(x):
-    return "({} # {})%Q".format(*Fraction(x).as_integer_ratio())
-
-
-def rationals(x):
-    return literal([[ratio(Fraction(a, x.d)) for a in row] for row in x.a])
-
-
 def written(problem):
     """The whole file."""
     if isinstance(problem, list):
         return fallen(problem)
-    d, e, pencils = problem.pencils()
-    w = witness(problem.P)
-    if w is None:
-        raise Failed("nothing shows that P is positive definite")
-    mechanical = problem.kind == "second order"
-    kind = "mechanics" if mechanical else "descriptor"
-    text, labels = [HEAD.format(kind)], []
-    for i, v in enumerate(problem.vertices, 1):
-        numbers = "\n ".join(literal(v[x]) for x in problem.names)
-        text.append(constant(f"vertex_{i}", kind, f"({kind.title()} {numbers})%Q"))
-    for x in ("U", "K_A", "K") if mechanical else ("K",):
-        text.append(constant(x, "numbers", f"{literal(getattr(problem, x))}%Q"))
-    text.append(constant("P", "seq (seq Z)", literal(problem.P)))
-    text.append(constant("wP", "witness", triple(w)))
-    size, law = f"{problem.n} {problem.m}", "K"
-    if mechanical:
-        size, law = f"{size} {problem.p}", "(Law U K_A K)"
+    loop = problem.loop
+    d, e, pencils = loop.pencils()
+    text, labels = [HEAD.format(loop.head + problem.theory)], []
+    text += loop.text() + problem.text()
     for number, r in enumerate(problem.regions):
-        g, alpha, beta = integers(r["alpha"], r["beta"])
         where, sound = named(r, number)
         text.append(f"\n(* {number}: {r['name']} *)\n")
         for x in ("alpha", "beta"):
             text.append(constant(f"{x}_{number}", "numbers", f"{literal(r[x])}%Q"))
-        for label, who, rows in witnesses(alpha, beta, problem.P, pencils):
-            label = f"{number}{label}"
+        for label, who, more, rule, last in problem.shown(
+            number, pencils, d * e, sound
+        ):
             labels.append(f"poles_{label}")
-            pairs = ";\n ".join(f"[:: {';'.join(map(triple, row))}]" for row in rows)
-            text.append(constant(f"w_{label}", "seq (seq witness)", f"[:: {pairs}]"))
-            names = "; ".join(f"vertex_{i + 1}" for i in who)
-            text.append(THEOREM.format(
-                label=label, number=number, kind=kind, where=where, sound=sound,
-                plant=f"{size} [:: {names}] {law}", less=len(alpha) - 1,
-                scales=f"{d} {e} {g}",
+            text.append(more + THEOREM.format(
+                label=label, kind=loop.kind, plant=loop.stated(who), where=where, d=d,
+                e=e, rule=rule, sound=last,
             ))  # fmt: skip
     return "".join(text) + END.format(", ".join(labels))
 

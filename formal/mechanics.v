@@ -25,24 +25,21 @@ Definition pencil_A n m (d e : Z) (l : law) (v : mechanics) : entries :=
       (plus (side n (times f (whole d (S_ v))) (side n (times f (whole d (D_ v))) none))
         (mul m (whole d (B_ v)) (whole e (K_ l))))
       (side n (times e (whole d (U_ l))) none)).
-Definition mechanics_shown n m p (vs : seq mechanics) (l : law) k (alpha beta : numbers)
-    (d e g : Z) (P : seq (seq Z)) (wP : witness) (wG : seq (seq witness)) : bool :=
+Definition mechanics_whole (vs : seq mechanics) (l : law) (d e : Z) : bool :=
+  [&& Z.ltb 0 d, Z.ltb 0 e,
+    all (fun v => [&& is_whole d (M_ v), is_whole d (D_ v), is_whole d (S_ v)
+                    & is_whole d (B_ v)]) vs,
+    is_whole d (U_ l), is_whole e (K_A_ l) & is_whole e (K_ l)].
+Definition mechanics_pencils n m p (vs : seq mechanics) (l : law) (d e : Z) :=
   let N := (n + (n + p))%N in
-  if [&& (0 < n)%N, Z.ltb 0 d, Z.ltb 0 e, Z.ltb 0 g,
-      all (fun v => [&& is_whole d (M_ v), is_whole d (D_ v), is_whole d (S_ v)
-                      & is_whole d (B_ v)]) vs,
-      is_whole d (U_ l), is_whole e (K_A_ l), is_whole e (K_ l),
-      is_whole g alpha & is_whole g beta] then
-    lmis_hold N k (memo k k (whole g alpha)) (memo k k (whole g beta)) (at_ P)
-      [seq (memo N N (pencil_E n m d e l v), memo N N (pencil_A n m d e l v)) | v <- vs]
-      wP wG
-  else false.
+  [seq (memo N N (pencil_E n m d e l v), memo N N (pencil_A n m d e l v)) | v <- vs].
 
 Section Mechanics.
 Variable C : numClosedFieldType.
-Variables (n m p k : nat) (vs : seq mechanics) (l : law) (alpha beta : numbers).
-Variables (d e g : Z) (P : seq (seq Z)) (wP : witness) (wG : seq (seq witness)).
-Hypothesis shown : mechanics_shown n m p vs l k alpha beta d e g P wP wG.
+Variables (n m p : nat) (vs : seq mechanics) (l : law) (d e : Z) (R : place).
+Hypothesis all_whole : mechanics_whole vs l d e.
+Notation pencils := (mechanics_pencils n m p vs l d e).
+Hypothesis known : decided (n + (n + p)) R pencils.
 
 Notation r := (size vs).
 Variable w : 'I_r -> C.
@@ -87,30 +84,21 @@ Qed.
 Let x_of (z : 'cV[C]_n) (s : C) (y : 'cV[C]_p) := col_mx z (col_mx (s *: z) y).
 
 Let N := (n + (n + p))%N.
-Let pencils :=
-  [seq (memo N N (pencil_E n m d e l v), memo N N (pencil_A n m d e l v)) | v <- vs].
 Let E := E_mean N pencils w.
 Let A := A_mean N pencils w.
 
-Lemma parts : [/\ (0 < N)%N, [&& Z.ltb 0 d, Z.ltb 0 e & Z.ltb 0 g],
-    forall i, (i < r)%N -> let v := nth no vs i in
-      [/\ is_whole d (M_ v), is_whole d (D_ v), is_whole d (S_ v) & is_whole d (B_ v)],
-    [/\ is_whole d (U_ l), is_whole e (K_A_ l), is_whole e (K_ l), is_whole g alpha
-      & is_whole g beta]
-    & lmis_hold N k (memo k k (whole g alpha)) (memo k k (whole g beta)) (at_ P)
-        pencils wP wG].
+Lemma parts : [/\ Z.ltb 0 d, Z.ltb 0 e, forall i, (i < r)%N -> let v := nth no vs i in
+      [/\ is_whole d (M_ v), is_whole d (D_ v), is_whole d (S_ v) & is_whole d (B_ v)]
+    & [/\ is_whole d (U_ l), is_whole e (K_A_ l) & is_whole e (K_ l)]].
 Proof.
-move: shown; rewrite /mechanics_shown; case: ifP => // /and5P.
-move=> [n0 d0 e0 g0 /andP[/(all_nthP no) each /and5P[wU wA wK wa wb]]] ok; split=> //.
-- by rewrite /N ltn_addr.
-- by rewrite d0 e0 g0.
-- by move=> i hi; have /and4P := each i hi.
+move: all_whole => /and5P[d0 e0 /(all_nthP no) each wU /andP[wA wK]]; split=> // i hi.
+by have /and4P := each i hi.
 Qed.
 
 Lemma E_acts (a b : 'cV[C]_n) (c : 'cV[C]_p) : E *m col_mx a (col_mx b c)
   = phi C (Z.mul d e) *: col_mx a (col_mx ((M - B *m K_A) *m b) c).
 Proof.
-have [_ _ each [wU wA wK _ _] _] := parts.
+have [_ _ each [wU wA wK]] := parts.
 have -> : col_mx a (col_mx ((M - B *m K_A) *m b) c) = \sum_i w i *: col_mx a
     (col_mx ((real C n n (M_ (nth no vs i)) - real C n m (B_ (nth no vs i)) *m K_A) *m b) c).
   rewrite !sum_col_mx !sum_same //; congr (col_mx _ (col_mx _ _)).
@@ -125,7 +113,7 @@ Lemma A_acts (a b : 'cV[C]_n) (c : 'cV[C]_p) : A *m col_mx a (col_mx b c)
   = phi C (Z.mul d e) *: col_mx b
       (col_mx (B *m (K *m col_mx a (col_mx b c)) - D *m b - S *m a) (U *m a)).
 Proof.
-have [_ _ each [wU wA wK _ _] _] := parts; set x := col_mx a _.
+have [_ _ each [wU wA wK]] := parts; set x := col_mx a _.
 have -> : col_mx b (col_mx (B *m (K *m x) - D *m b - S *m a) (U *m a))
     = \sum_i w i *: col_mx b (col_mx (real C n m (B_ (nth no vs i)) *m (K *m x)
       - real C n n (D_ (nth no vs i)) *m b - real C n n (S_ (nth no vs i)) *m a) (U *m a)).
@@ -137,10 +125,9 @@ have [wM wD wS wB] := each i (ltn_ord i).
 by rewrite /A_ (nth_map no) //= mx_memo -scalemxAl A_right // !scalerA mulrC.
 Qed.
 
-Theorem mechanics_regular : (0 < k)%N -> \det (M - B *m K_A) != 0.
+Theorem mechanics_regular : \det (M - B *m K_A) != 0.
 Proof.
-move=> k0; have [N0 _ _ _ ok] := parts.
-have := E_regular N0 ok (size_map _ _) w_ge0 w_sum k0; apply: contraNN => /eqP det0.
+have [] := known (size_map _ _) w_ge0 w_sum => + _; apply: contraNN => /eqP det0.
 have : \det (M - B *m K_A)^T == 0 by rewrite det_tr det0.
 move=> /det0P[b b0 /(congr1 trmx)]; rewrite trmx_mul trmxK trmx0 => Mb.
 apply/eqP; apply: (@det0_right _ _ _ (col_mx 0 (col_mx b^T 0))).
@@ -153,21 +140,18 @@ Theorem mechanics_poles (s : C) (z : 'cV[C]_n) (y : 'cV[C]_p) :
   s ^+ 2 *: ((M - B *m K_A) *m z) + s *: (D *m z) + S *m z
     = B *m (K *m col_mx z (col_mx (s *: z) y)) ->
   s *: y = U *m z ->
-  in_region (real C k k alpha) (real C k k beta) s.
+  @R C s.
 Proof.
-move=> nz motion integral; have [N0 /and3P[d0 e0 g0] _ [_ _ _ wa wb] ok] := parts.
-have pole : \det (s *: E - A) = 0.
-  apply: (@det0_right _ _ _ (x_of z s y)).
-    by rewrite /x_of !col_mx_eq0 -(negbK (z == 0)) -(negbK (y == 0)); case/orP: nz => ->;
-       rewrite ?andbF.
-  rewrite mulmxBl -scalemxAl E_acts A_acts -integral -motion.
-  have -> : s ^+ 2 *: ((M - B *m K_A) *m z) + s *: (D *m z) + S *m z - D *m (s *: z)
-      - S *m z = s ^+ 2 *: ((M - B *m K_A) *m z).
-    by rewrite -scalemxAr addrAC !addrK.
-  rewrite -[_ *m (s *: z)]scalemxAr expr2 -scalerA scalerA mulrC -scalerA.
-  by rewrite !scale_col_mx addrN.
-apply: (in_region_whole g0 wa wb).
-exact: (poles_in_region N0 ok (size_map _ _) w_ge0 w_sum pole).
+move=> nz motion integral; have [_] := known (size_map _ _) w_ge0 w_sum; apply.
+apply: (@det0_right _ _ _ (x_of z s y)).
+  by rewrite /x_of !col_mx_eq0 -(negbK (z == 0)) -(negbK (y == 0)); case/orP: nz => ->;
+     rewrite ?andbF.
+rewrite mulmxBl -scalemxAl E_acts A_acts -integral -motion.
+have -> : s ^+ 2 *: ((M - B *m K_A) *m z) + s *: (D *m z) + S *m z - D *m (s *: z)
+    - S *m z = s ^+ 2 *: ((M - B *m K_A) *m z).
+  by rewrite -scalemxAr addrAC !addrK.
+rewrite -[_ *m (s *: z)]scalemxAr expr2 -scalerA scalerA mulrC -scalerA.
+by rewrite !scale_col_mx addrN.
 Qed.
 End Mechanics.
 
@@ -191,12 +175,12 @@ Definition mechanics_poles_in n m p (vs : seq mechanics) (l : law)
     s *: y = U *m z ->
     R C s.
 
-Theorem mechanics_sound n m p vs l (R : place) k alpha beta d e g P wP wG :
-  (forall C s, in_matrices k.+1 alpha beta C s -> R C s) ->
-  mechanics_shown n m p vs l k.+1 alpha beta d e g P wP wG ->
+Theorem mechanics_sound n m p vs l (R : place) d e :
+  mechanics_whole vs l d e ->
+  decided (n + (n + p)) R (mechanics_pencils n m p vs l d e) ->
   mechanics_poles_in n m p vs l R.
 Proof.
-move=> inside ok C w w0 w1; split; first exact: (mechanics_regular ok w0 w1).
-move=> s z y nz motion integral; apply: inside.
-exact: (mechanics_poles ok w0 w1 nz motion integral).
+move=> whole known C w w0 w1; split; first exact: (mechanics_regular whole known w0 w1).
+move=> s z y nz motion integral.
+exact: (mechanics_poles whole known w0 w1 nz motion integral).
 Qed.

@@ -118,3 +118,24 @@ Definition place := forall C : numClosedFieldType, C -> Prop.
 Definition in_matrices k (alpha beta : numbers) : place := fun C s =>
   in_region (real C k k alpha) (real C k k beta) s.
 Arguments in_matrices k alpha beta C s : clear implicits.
+
+(* What is known of pencils s E - A: of all their means E is regular, and each pole s
+   lies in the place R. *)
+Definition decided N (R : place) (pencils : seq (entries * entries)) : Prop :=
+  forall (C : numClosedFieldType) r (w : 'I_r -> C), size pencils = r ->
+  (forall i, 0 <= w i) -> \sum_i w i = 1 ->
+  \det (E_mean N pencils w) != 0 /\
+  forall s, \det (s *: E_mean N pencils w - A_mean N pencils w) = 0 -> R C s.
+
+Theorem pairs_sound N k alpha beta (g : Z) P wP wG pencils (R : place) :
+  (forall C s, in_matrices k.+1 alpha beta C s -> R C s) ->
+  [&& (0 < N)%N, Z.ltb 0 g, is_whole g alpha, is_whole g beta
+    & lmis_hold N k.+1 (memo k.+1 k.+1 (whole g alpha)) (memo k.+1 k.+1 (whole g beta))
+        (at_ P) pencils wP wG] ->
+  decided N R pencils.
+Proof.
+move=> inside /and5P[N0 g0 wa wb ok] C r w size_r w0 w1; split.
+  exact: (E_regular N0 ok size_r w0 w1 (ltn0Sn k)).
+move=> s pole; apply: inside; apply: (in_region_whole g0 wa wb).
+exact: (poles_in_region N0 ok size_r w0 w1 pole).
+Qed.

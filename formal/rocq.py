@@ -20,6 +20,8 @@ THEORY = (
     "mechanics",
     "descriptor",
     "forms",
+    "multipliers",
+    "laws",
     "sampled",
 )
 
