@@ -27,6 +27,7 @@ _NAMES = {
     "plants.outputs": ("Output",),
     "plants.response": ("Response",),
     "plants.second_order": ("MassWarning", "Polytope", "SecondOrderSystem"),
+    "plants.shaper": ("InputShaper",),
     "plants.signals": ("Ramps", "Sine", "Step", "Steps"),
     "plants.uncertain": ("Uncertain",),
     "requirements.cost": ("QuadraticCost",),

@@ -16,6 +16,7 @@ from .plants.descriptor_system import DescriptorSystem
 from .plants.outputs import Output
 from .plants.response import Response
 from .plants.second_order import MassWarning, Polytope, SecondOrderSystem
+from .plants.shaper import InputShaper
 from .plants.signals import Ramps, Sine, Step, Steps
 from .plants.uncertain import Uncertain
 from .requirements.cost import QuadraticCost
@@ -48,6 +49,7 @@ __all__ = [
     "HInfinity",
     "Identification",
     "InfiniteModes",
+    "InputShaper",
     "IntegratorChoice",
     "LMIRegion",
     "Late",

@@ -29,6 +29,7 @@ SYNONYMS = {
     "fixed mode": ("uncontrollable", "unobservable"),
     "friction": ("dead band", "dead zone", "deadband"),
     "identification": ("system identification",),
+    "input shaper": ("command shaping", "input shaping", "zvd"),
     "two inputs": ("mimo",),
     "observer": ("kalman", "lqg"),
     "outputs bounds": ("multi objective", "multiobjective", "performance output"),
@@ -58,7 +59,8 @@ SUBJECTS = {
     "book/26_logs_to_c_file": "whole chain",
     "book/31_ranges": "chirp log",
     "book/34_sensors": "derivative filter drive",
-    "book/42_step_ramp_move": "overshoot settling time trajectory motion profile",
+    "book/42_step_ramp_move": "overshoot settling time trajectory motion profile "
+    "input shaper",
 }
 GREEK = dict(
     zip(

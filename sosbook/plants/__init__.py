@@ -23,6 +23,7 @@ __all__ = [
     "mean_descriptor",
 ]
 _HOMES = {
+    "InputShaper": "plants.shaper",
     "MeasuredResponse": "plants.measured",
     "condense": "plants.condensing",
     "filtered": "plants.filters",
