@@ -26,10 +26,15 @@ NOW = ("own_plant",)  # runs soon, and saves a file
 BY_ONE = "by an enclosure of one program:"
 
 
-def subject(path):
-    """Of which loop a file of a clock is: a search makes several of one."""
+CLOCK = "T", "delay"
+
+
+def subject(path, *also):
+    """Of which loop a file is, and of which clock, if it is ``also`` asked: a search
+    makes several of one, with other clocks, too, before the file that it gives.
+    """
     asked = verdict.asked_of(json.loads(path.read_text("utf-8")))
-    return json.dumps([asked.get(x) for x in ("plant", "U", "K", "T", "delay")])
+    return json.dumps([asked.get(x) for x in ("kind", "plant", "U", "K", *also)])
 
 
 def decided(path):
@@ -76,8 +81,8 @@ def test_each_file_of_the_readme_is_decided_alone(kept, capsys):
         load(x).kind for x in files
     }
     alone = {x: decided(x) for x in files}
-    by_one = {subject(x) for x in files if not alone[x]}  # while the search went on
-    assert by_one <= {subject(x) for x in files if alone[x]}
+    by_one = {subject(x, *CLOCK) for x in files if not alone[x]}  # on the way
+    assert by_one <= {subject(x, *CLOCK) for x in files if alone[x]}
 
 
 @pytest.mark.slow
@@ -90,6 +95,8 @@ def test_each_file_of_a_chapter_is_decided_alone(name, tmp_path, monkeypatch):
     kept = {x: (load(x).kind, decided(x)) for x in files}
     print(f"{name}, of each kind, alone or by one program:", Counter(kept.values()))
     assert files or name not in NOW
+    by_one = {subject(x) for x, (_, alone) in kept.items() if alone is False}
+    assert by_one <= {subject(x) for x, (_, alone) in kept.items() if alone}
 
 
 def test_a_file_that_the_checker_passes_on_is_claimed_by_one_program(tmp_path):

@@ -81,8 +81,7 @@ def _by_modes(request):
             small = replace(request, plant=modes.plant(), U=None)
             Z = _of_part(small)
             if Z is not None:
-                contents = ModesRefusal.contents(request, k, modes, small)
-                contents = ModesRefusal.written_from(contents, Z, str)
+                contents = ModesRefusal.contents(request, k, modes, small, Z)
                 certificate = _proven(ModesRefusal.of(contents))
                 if certificate is not None:
                     return certificate

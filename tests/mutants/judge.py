@@ -17,7 +17,7 @@ FILES = (
     *("test_near_box", "test_small_input", "test_infeasible", "test_statements"),
     *("test_false_proofs", "test_tampering", "test_law_files", "test_own_theorem"),
     *("test_sampled_text", "test_sampled_box", "test_page_kernel"),
-    "test_parts_of_the_checker",
+    *("test_parts_of_the_checker", "test_modes_text"),
 )
 TO_THE_WORD = (
     "test_every_need",

@@ -15,8 +15,8 @@ CHECKER = Path(__file__).parent
 ORDER = (
     *("arithmetic", "language", "kernel", "families", "payment", "outputs"),
     *("text", "plants", "regions", "requirements", "laws", "designs", "known"),
-    *("delays", "mass", "observer", "own", "any_order", "fixed_mode", "growing"),
-    *("unreached", "small_input", "ticks", "sampled", "fields"),
+    *("delays", "modes", "mass", "observer", "own", "any_order", "fixed_mode"),
+    *("growing", "unreached", "small_input", "ticks", "sampled", "fields"),
     *("subject", "verdict"),
 )
 MODULES = tuple(name for name in ORDER if (CHECKER / f"{name}.py").is_file())

@@ -102,7 +102,7 @@ class Delay:
     def decay(self, label="decay", tail=""):
         """The keys of the blocks of each loop."""
         for i, f in self.t.sets["loops"]:
-            index = f" {i}" if self.many > 1 else ""
+            index = f" {i}" if int(i) <= self.many > 1 else ""
             end = "" if f == "one" else " " + f
             self.t.labels[f"decay{index}{end}{tail}"] = f"{label}.{i}.{f}"
 

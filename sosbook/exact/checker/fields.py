@@ -178,9 +178,9 @@ def key(x):
 
 
 FIELDS = {
-    **of(MATRIX, "U C Q_F R_F L form start s v y spread blur"),
+    **of(MATRIX, "U C Q_F R_F L form start s v y spread blur push"),
     **of(maybe(MATRIX), "K_A E0"),
-    **of(NUMBER, "tau mu delta beta bound level rate centre"),
+    **of(NUMBER, "tau mu delta beta bound level rate centre gap room"),
     **of(maybe(NUMBER), "epsilon alpha"),
     **of([MATRIX], "noises gains"),
     **of(WHOLE, "vertex digits"),
@@ -208,11 +208,12 @@ FIELDS = {
     "frames": [of(MATRIX, "L R") | {"scale": NUMBER}],
     "rows": MATRIX,
     "point": (RATIO, RATIO),
-    "witness": [(NUMBER, NUMBER)],
+    **of([(NUMBER, NUMBER)], "witness spectrum"),
 }
 OF_KIND = {
     "unreached response": {"requirement": requirement},
     "known gain": {"law": maybe(LAW)},
+    "delay modes": {"columns": MATRIX},
     "sampled": {
         "K": lambda x: PROGRAM if isinstance(x, dict) else MATRIX,
         "cells": cell,

@@ -41,6 +41,9 @@ KINDS = {  # whose text its class writes, by its module, and what it asks
     "known gain": ("known.Known", LOOP + "law requirements corners cells"),
     "delay": ("delays.Delay", LOOP + "tau mu delta alpha method order misprints "
               "analysis coordinates exponentials"),
+    "delay modes": ("modes.Modes", LOOP + "tau mu delta alpha method order misprints "
+                    "analysis coordinates exponentials vertex spectrum rows columns "
+                    "push gap room"),
     "regularization": ("mass.Mass", "plant K beta"),
     "observer": ("observer.Observer", "plant K C Q_F R_F noises model coordinates L "
                  "bound"),
@@ -63,10 +66,10 @@ SINGLE = {  # without unknowns
 }  # fmt: skip
 ITS_NAME = ", "  # before the name of a kind of somebody's own LMIs
 OF_AUTHOR = "lmi" + ITS_NAME
+PART = "delay modes"  # that refuses the whole, and never proves it
 AS_WRITTEN = "statement", "claim", "blocks"  # an author's words and texts
 LESS = {"observer": "L bound", "lmi": "statement digits"}  # only with a point
 FOLDED = "sampled"  # whose text a file replaces by its digest: it is ten times longer
-BEYOND = {"infeasible delay modes": "it encloses irrational eigenvalues in balls"}
 
 
 class Proven(list):
@@ -89,8 +92,6 @@ def printed(text):
 def text_of(asked):
     """(the text of ``asked``, a kind and its keys; the words that it proves)."""
     whole = str(asked["kind"])
-    if whole in BEYOND:
-        raise Beyond(f"rationals can't redo this proof: {BEYOND[whole]}")
     if whole == FOLDED and "frames" not in asked:
         raise Beyond("its cells have no frames, so the package's balls decide alone")
     well_formed(asked)
@@ -99,7 +100,7 @@ def text_of(asked):
         kind = sane(whole) and "lmi"
     if kind in SINGLE and not refused:
         writer, names = SINGLE[kind]
-    elif kind in KINDS and refused in ([], [""]):
+    elif kind in KINDS and refused in ([""], [] if kind != PART else [""]):
         writer, names = KINDS[kind]
         names += " multipliers" if refused else " unknowns"
         names += " coordinates" * bool(refused and kind == "design")
@@ -119,7 +120,7 @@ def text_of(asked):
     claims = Proven(problem.claims)
     claims.author = asked.get("statement", []) if kind == "lmi" else None
     need(not (refused and kind == "known gain"), "no multipliers exclude that")
-    if refused and kind in ("design", "delay", "regularization"):
+    if refused and kind in ("design", "delay", "delay modes", "regularization"):
         free = asked["K"] is None
         how = "no gain and no matrices prove" if free else "no matrices prove"
         how = "no gain proves" if kind == "regularization" else how
