@@ -196,7 +196,7 @@ def test_what_is_proven_of_a_range_is_proven_of_its_parts():
         (dict(delay=(-0.1, 0)), "delay must not be negative"),
         (dict(T=(0.1, 0.2), delay=0.15), "isn't always within one interval"),
         (dict(T=(0.1, 0.2), delay=(0, 0.3)), "isn't always within one interval"),
-        (dict(T=0.1, delay=(0.05, 0.15)), "isn't always within one interval"),
+        (dict(T=0.1, delay=(0.05, 0.95)), "varies over 10 ticks of T = 0.1 s"),
         (dict(T=(0.1, 0.2), K=memory(0.3)), "dt = 0.3, which isn't in T"),
         (dict(T=(0.1, float("nan"))), "T must be a finite number"),
     ],

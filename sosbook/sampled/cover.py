@@ -122,13 +122,15 @@ class _Search:
                 where = "the plant" if one else self.near(w[None])
                 trouble = too_slow(row[i], self.rate, self.family.centre)
                 trouble = trouble or too_large(whole[j][i], k)
-                if trouble:
-                    clock = f", {_said(timing)}" * self.clocks.varies
+                if trouble and timing.follows(timing):
+                    clock = f", {timing.words}" * self.clocks.varies
                     return f"{where}{clock}: {trouble}"
                 for other, before in zip(loops[:j], self.timings):
                     both = row[i] @ other[i]
+                    if not (timing.follows(before) and before.follows(timing)):
+                        continue
                     if trouble := too_slow(both, self.rate**2):
-                        clocks = f"{_said(before)} and {_said(timing)} in turn"
+                        clocks = f"{before.words} and {timing.words} in turn"
                         return f"{where}, {clocks}: {trouble}"
         return ""
 
@@ -205,8 +207,9 @@ class _Search:
             else:
                 budget -= 1
                 few = len(queue) + 2 > budget
-                self.starved |= few and self.clocks.varies
-                if few or not self.clocks.varies or cell.bends_across(box):
+                self.starved |= few and self.clocks.varies and box.cuts
+                cuts = self.clocks.varies and box.cuts
+                if few or not cuts or cell.bends_across(box):
                     return None, None
                 for timing in box.corners:
                     if timing in good or timing.remainder > timing.T:
@@ -239,11 +242,6 @@ class _Search:
 def _leaf(cell):
     several = {} if cell.P is None else {"P": decimals(cell.P)}
     return {"L": decimals(cell.L), "last": cell.last} | several
-
-
-def _said(timing):
-    T, late = float(timing.T), float(timing.remainder)
-    return f"T = {T:.6g}" + f", delay = {late:.6g}" * timing.shared
 
 
 def _least(P, G, F, rate):

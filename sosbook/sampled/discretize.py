@@ -154,6 +154,22 @@ class SampleTiming:
         return cls(T, whole, late - whole * T)
 
     @property
+    def acting(self):
+        """(age, seconds) of the inputs that act in a tick, the first one first."""
+        whole, rest = self.whole_samples, self.remainder
+        return (whole + 1, rest), (whole, self.T - rest)
+
+    def follows(self, before):
+        """True if the tick may come after the one ``before``: it always may."""
+        return True
+
+    @property
+    def words(self):
+        """It, in words."""
+        T, late = float(self.T), float(self.remainder)
+        return f"T = {T:.6g}" + f", delay = {late:.6g}" * self.shared
+
+    @property
     def at_once(self):
         """The same ticks, without a delay."""
         return SampleTiming(self.T, 0, fmpq(0), steps=self.steps)
@@ -220,15 +236,12 @@ class SampleTiming:
         return exact(D), exact(B)
 
     def selector(self, N, m):
-        """For N states and m inputs, from [x; older; u(k)] to [x; first; second].
-
-        The first acts until the rest of the delay is over.
-        """
-        S = np.zeros((N + 2 * m, N + m * (self.n_past_inputs + 1)))
+        """For N states, m inputs, from [x; older; u(k)] to x and what is `acting`."""
+        S = np.zeros((N + m * len(self.acting), N + m * (self.n_past_inputs + 1)))
         S[:N, :N] = np.eye(N)
-        for row, age in ((N, self.whole_samples + 1), (N + m, self.whole_samples)):
+        for k, (age, _) in enumerate(self.acting):
             if age <= self.n_past_inputs:
-                column = N + (age - 1) * m if age else S.shape[1] - m
+                row, column = N + k * m, N + (age - 1) * m if age else S.shape[1] - m
                 S[row : row + m, column : column + m] = np.eye(m)
         return S
 
@@ -241,9 +254,9 @@ class SampleTiming:
         return S
 
     def segments(self, A, B):
-        """How [x; first; second] of x' = A x + B u moves: (matrix, how long)."""
-        spans = self.remainder, self.T - self.remainder
-        return [(M, t) for M, t in zip(generators(A, B), spans) if t != 0]
+        """How x and what is `acting` of x' = A x + B u move: (matrix, how long)."""
+        several = zip(generators(A, B, len(self.acting)), self.acting)
+        return [(M, t) for M, (_, t) in several if t != 0]
 
     def flow(self, M, span):
         """The map over a ``span`` of seconds of x' = M x, in floats."""
@@ -254,7 +267,7 @@ class SampleTiming:
         """The two matrices of `c2d`, for one vertex d."""
         A, B, _ = d.state_space()
         N, m = B.shape
-        flow = np.eye(N + 2 * m)
+        flow = np.eye(N + m * len(self.acting))
         with np.errstate(over="ignore", invalid="ignore"):
             for M, span in self.segments(A, B):
                 flow = self.flow(M, span) @ flow
@@ -267,13 +280,13 @@ class SampleTiming:
         return both[:, :-m], both[:, -m:]
 
 
-def generators(A, B):
-    """How [x; first; second] of x' = A x + B u moves: under the first, the second."""
+def generators(A, B, count=2):
+    """How x and ``count`` inputs of x' = A x + B u move: under the first, and so on."""
     N, m = B.shape
-    before, after = (np.zeros((N + 2 * m, N + 2 * m), B.dtype) for _ in range(2))
-    before[:N, :N] = after[:N, :N] = A
-    before[:N, N : N + m] = after[:N, N + m :] = B
-    return before, after
+    several = [np.zeros((N + m * count,) * 2, B.dtype) for _ in range(count)]
+    for k, M in enumerate(several):
+        M[:N, :N], M[:N, N + k * m :][:, :m] = A, B
+    return several
 
 
 def by_name(K, plant, U=None, T=None, delay=0.0):

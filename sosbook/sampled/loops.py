@@ -86,7 +86,8 @@ class SampledFamily:
         if k:  # [x; first; w; second; w]
             w = np.eye(k, S.shape[1] + k, S.shape[1])
             S = np.hstack([S, np.zeros((len(S), k))])
-            S = np.vstack([S[: N + m], w, S[N + m :], w])
+            inputs = np.split(S[N:], len(timing.acting))
+            S = np.vstack([S[:N], *(x for some in inputs for x in (some, w))])
         return balls(S)
 
     def bends(self, weights, last, L, timing):
@@ -226,6 +227,8 @@ class SampledFamily:
 
         Along T and along the delay, in the cell of plants with some ``weights``.
         """
+        if not box.cuts:
+            return self._age_bends(weights, L, box)
         corners, out, inner = self._framed(weights, L, box.corners[0])
         _, X, _ = self._solved(corners, 0)
         first, second = generators(*self._parts(X))
@@ -243,20 +246,29 @@ class SampledFamily:
             bends.append((1, out @ bend))
         return bends
 
+    def _age_bends(self, weights, L, box):
+        """As `time_bends`, in a `ManyTicks`."""
+        corners, out, inner = self._framed(weights, L, box.whole)
+        A, B = self._parts(self._solved(corners, 0)[1])
+        T, h = arb(0).union(arb(box.T[0])), max(b - a for a, b in box.pieces)
+        slope = out @ A @ exponential(A * T) @ B * arb(h) ** 2
+        rows = np.split(inner[self.shape.N :], box.oldest + 1)
+        return [(1, slope @ (x - y)) for x, y in zip(rows, rows[1:])]
+
     def _parts(self, both):
         return both[:, : self.shape.N], both[:, self.shape.N :]
 
     def _flow(self, terms, timing):
-        """The last term of the series of [x; first; second] to next x."""
-        N, m = self.shape.N, self.shape.m
+        """The last term of the series of x and what is acting to next x."""
+        N, flow = self.shape.N, None
         pieces = zip(*(timing.segments(*self._parts(x)) for x in terms))
-        flow = None  # its last columns, of which the first rows are wanted
         for piece in pieces:
             span = balls(np.array([piece[0][1]]))[0]
             step = series([M for M, _ in piece]) * span
             one = np.eye(len(step), dtype=int)
             step = one + step if timing.steps else exponential(step)
-            flow = step[:, -(N + 2 * m) :] if flow is None else step[:N] @ flow
+            # its last columns, of which the first rows are wanted
+            flow = step[:, -len(piece[0][0]) :] if flow is None else step @ flow
         return flow[:N]
 
 

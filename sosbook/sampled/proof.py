@@ -21,7 +21,7 @@ from .channel import checked_norm
 from .cover import cover
 from .discretize import by_name, input_vertices
 from .loops import BALL_BITS, SampledFamily
-from .proof_file import MORE, SampledProof, in_text, undecided
+from .proof_file import MORE, PARTS, SampledProof, in_text, undecided
 from .timing import TimeBox
 
 __all__ = ["SampledProof", "certify_sampled"]
@@ -63,7 +63,9 @@ def certify_sampled(
     delay : float or (low, high)
         As for `c2d`. A range, or a delay beside a range of T: every sequence of
         delays in it, none longer than the interval in which it falls. Beside one T
-        it may lie within any one sample, as (0.013, 0.019) does for T = 0.01.
+        it may be (0.013, 0.034) for T = 0.01, too. Over more than one tick the plant
+        holds the newest command that has arrived, and one that comes after a newer
+        one is never used: see `sosbook.sampled.ages`. No file's text holds that.
     U
         As for `c2d`.
     rate : float
@@ -164,7 +166,12 @@ def by_balls(
         gain = K if whole else round_digits(timing.gain(K, floats[0]), digits)
         with ctx.workprec(BALL_BITS):
             family = SampledFamily.of(plant, floats, timing, gain, centre, norm)
-            tree, failed = cover(family, clocks, rate, cells)
+            for box in clocks.finer:
+                tree, failed = cover(family, box, rate, cells)
+                if tree is not None or undecided(0) not in failed:
+                    break
+            if tree is not None and not box.cuts:
+                tree = {PARTS: box.parts} | tree
         asked = plant, U, T, delay, gain, rate, tree, failed, centre, norm
         return SampledProof.of(SampledProof.contents(*asked))
 

@@ -28,6 +28,7 @@ __all__ = ["SampledProof"]
 
 MORE = 4  # times the cells, where those that were given were too few
 NAMES = "inputs", "outputs"  # of a controller: the plant's states, and its inputs
+PARTS = "parts"  # of a tick, where delays last several
 OF_READINGS = "B_w", "D_w"  # how w enters a controller by what it reads
 
 
@@ -120,6 +121,8 @@ class SampledProof(ProofFile):
         if tree is None:
             return again, Examined.nothing(str(failed))
         clocks, vertices = TimeBox.of(T, delay), input_vertices(plant, U)
+        if not clocks.cuts:
+            clocks = clocks.cut(tree.get(PARTS))
         if centre and clocks.varies:
             raise ValueError("a disk is of one clock")
         if norm is not None and (rate != 1 or centre):
@@ -168,6 +171,8 @@ def in_text(proof, seconds=None):
     plant, U = _read_plant(data)
     vertices = input_vertices(plant, U)
     clocks = TimeBox.of(*(_read_range(data[x]) for x in ("T", "delay")))
+    if not clocks.cuts:
+        return proof
     K, norm = _read_controller(data, plant.p), _read_norm(data)
     try:
         with time_limit(seconds):
@@ -199,6 +204,7 @@ def _examined(blocks, claims):
 
 def _leaves(tree, shape):
     """(weights, L, last, P, times) of each cell of plants, as they are proven."""
+    tree = {key: x for key, x in tree.items() if key != PARTS}
     queue = [(shape.whole(), tree, None)]
     while queue:
         weights, node, above = queue.pop()

@@ -6,6 +6,7 @@ from itertools import product
 from ..exact.definite import exact
 from ..laws.taken import is_controller
 from ..plants.checks import finite
+from .ages import ManyTicks
 from .discretize import SampleTiming
 
 __all__ = ["TimeBox"]
@@ -26,6 +27,12 @@ class TimeBox:
     whole_samples: int
     shared: bool
     steps: bool = False
+    cuts = True
+
+    @property
+    def finer(self):
+        """The box itself: cells of it are cut where that is needed."""
+        return (self,)
 
     @classmethod
     def only(cls, timing):
@@ -48,11 +55,14 @@ class TimeBox:
         if short < long:
             ends, whole = (exact(early), exact(late)), 0
             longer = ends[0] > first.T or ends[1] > last.T
+        if longer and short == long:
+            return ManyTicks.of(first, last)
         if longer:
             raise ValueError(
                 f"delay = {delay!r} isn't always within one interval of T = {T!r}: "
-                "let whole samples of a delay be registers of the controller, and "
-                "the delay what is left of it"
+                "beside intervals that vary, let whole samples of a delay be registers "
+                "of the controller, and the delay what is left of it; beside one T a "
+                "delay may vary over several"
             )
         return cls((first.T, last.T), ends, whole, ends[1] > 0)
 

@@ -70,7 +70,8 @@ class Gains(Result[Proven]):
             in the plant's equations, which may have more delay in their states.
         delay : float or (low, high)
             From a sample to the actuator, in s. Of a range: the program is made for
-            the latest, and proven for every sequence of them.
+            the latest, and proven for every sequence of them; over several ticks, too,
+            where the actuator holds the newest command that has arrived.
         jitter : float
             By how much a tick may be early or late, in s: the loop is proven for
             every sequence of intervals from T - jitter to T + jitter, and the program

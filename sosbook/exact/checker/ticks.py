@@ -219,11 +219,18 @@ def said(d, many):
         claims = [f"all eigenvalues of {loop} are in {disk}"]
     else:
         slow = f": every motion decays at least as {rate!r}^k" * (rate != 1)
-        claims = [f"{loop} is stable{varies}{slow}"]
+        claims = [f"{loop} is stable{varies}{newest(d) * bool(varies)}{slow}"]
     if d["norm"] is not None:
         reads = isinstance(d["K"], dict) and "D_w" in d["K"]
         claims.append(claim(d["norm"]) + HELD + READ * reads)
     return claims
+
+
+def newest(d):
+    """The words for what a plant holds, where a delay varies over several ticks."""
+    (T, longest), (early, late) = (map(number, d[x]) for x in ("T", "delay"))
+    several = T == longest and late > (early // T + 1) * T
+    return ", the newest command that has arrived being held" * several
 
 
 def words(T, delay):
