@@ -49,6 +49,7 @@ _NAMES = {
     "synthesis.observer": ("design_observer",),
     "synthesis.observer_design": ("ObserverDesign",),
     "synthesis.pid": ("analyse_pid", "design_pid"),
+    "synthesis.placement": ("place_poles",),
     "synthesis.regularization": ("Regularization", "regularize"),
     "synthesis.result": ("Result",),
     "synthesis.search": ("Search",),

@@ -33,6 +33,7 @@ from .synthesis.lqr import design_lqr
 from .synthesis.observer import design_observer
 from .synthesis.observer_design import ObserverDesign
 from .synthesis.pid import analyse_pid, design_pid
+from .synthesis.placement import place_poles
 from .synthesis.regularization import Regularization, regularize
 from .synthesis.result import Result
 from .synthesis.search import Search
@@ -94,6 +95,7 @@ __all__ = [
     "identify",
     "infinite_modes",
     "observer_loop",
+    "place_poles",
     "read_wish",
     "regularize",
     "sampled",
