@@ -1,10 +1,12 @@
 """Programs in C of plants of discrete time: loops in z, bits, files."""
 
 import re
-from functools import cache
+from functools import cache, partial
+from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
 
 import sosbook as sos
 from sosbook.controllers import CompiledCode, code_fault, read_gains
@@ -238,3 +240,38 @@ def test_a_report_says_that_all_is_of_the_plants_own_ticks():
     page = report_texts(d, d.controller())["index.html"]
     assert "Asked, proven and true, at the plant's ticks" in page
     assert "(next x - x)/(0.3 s) = A x + B u" in page and "x&#x27; = A x" not in page
+
+
+def test_inputs_with_delays_of_their_own_are_states_of_a_plant_of_ticks():
+    """What a late loop's refusal says: the manual's lines, against arrivals."""
+    D, S = 0.1 * np.eye(2), np.array([[2, -1], [-1, 2.0]])
+    plant = sos.SecondOrderSystem(np.eye(2), D, S, np.eye(2))
+    K = np.array([[-0.3, 0, -0.5, 0], [0, -0.3, 0, -0.5]])
+    for tau in ([0.1, 0.2], (0.1, 0.2), np.array([0.1, 0.2])):
+        for ask in (sos.Loop(plant, None, K).late, partial(analyse, plant, K)):
+            with pytest.raises(ValueError, match=r"one delay.*DescriptorSystem"):
+                ask(tau)
+    page = (Path(__file__).parents[1] / "book/api/loops.md").read_text("utf8")
+    lines = next(
+        x for x in re.findall(r"```python\n(.*?)```", page, re.S) if "c2d" in x
+    )
+    known = {"sos": sos}
+    exec(lines, known)
+    late, T = known["late"], known["T"]
+    d = sos.analyse_pid(late, known["K"])
+    assert d.certify().proven
+    A = np.block([[np.zeros((2, 2)), np.eye(2)], [-S, -D]])
+    x, u = np.array([1.0, -0.5, 0.3, 0]), {}
+    state = np.concatenate([x, np.zeros(6)])
+    for k in range(60):
+        assert np.allclose(state[:4], x, atol=1e-9)
+        u[k] = K @ x
+        held = np.array([u[k - n][i] if k >= n else 0 for i, n in enumerate((2, 4))])
+        M = np.zeros((5, 5))
+        M[:4, :4], M[2:4, 4] = A, held
+        x = (expm(M * T) @ np.append(x, 1.0))[:4]
+        state = late.A @ state + late.B @ (known["K"] @ state)
+
+
+def analyse(plant, K, tau):
+    return sos.analyse_delay(plant, K, tau=tau)

@@ -9,6 +9,7 @@ from flint import arb, fmpq
 
 from ..exact.definite import exact, inverse
 from ..laws import FullState
+from ..loops.clock import one_delay
 from ..plants.checks import is_word, matrix, not_negative, positive
 from ..plants.descriptor import Descriptor, twins
 from ..plants.gain import gain_of
@@ -94,6 +95,7 @@ class DelayRequest(ReadOnly):
         put = object.__setattr__
         if self.tau is None:
             raise ValueError("tau is missing: give the nominal delay")
+        one_delay(self.tau)
         put(self, "tau", positive("tau", self.tau))
         for name in ("mu", "delta"):
             put(self, name, not_negative(name, getattr(self, name)))

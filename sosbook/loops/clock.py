@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from ..exact.rational import exact
 
 
@@ -46,3 +48,19 @@ class Late:
 
     tau: float
     mu: float = 0.0
+
+    def __post_init__(self):
+        """Check that there is one delay."""
+        one_delay(self.tau)
+
+
+def one_delay(tau):
+    """Raise where ``tau`` is more than one number."""
+    if np.ndim(tau):
+        raise ValueError(
+            f"tau = {tau!r:.80}: a late loop has one delay, that of all its inputs. "
+            "With one for each input take the loop at a computer's ticks: A and B of "
+            "sosbook.sampled.c2d(plant, T), with each input's values of the ticks "
+            "before as states, are a DescriptorSystem(..., dt=T) that is proven; the "
+            'manual\'s page "One loop" has the lines'
+        )
