@@ -52,7 +52,7 @@ class Modes:
         return DescriptorSystem(np.eye(len(A)), A, self.B)
 
     def contents(self):
-        """What a file has of them."""
+        """The numbers that a file has of them."""
         whole = [*self.part, *self.others]
         own, others = (list(map(_eigenvalue, x)) for x in (self.part, self.others))
         gap = min((abs(a - b) for a in own for b in others), default=1.0)
