@@ -1,6 +1,8 @@
 """Refusals by some modes of a plant: what the checker's text says of them is true."""
 
+import json
 from dataclasses import replace
+from fractions import Fraction
 
 import mpmath as mp
 import numpy as np
@@ -11,7 +13,7 @@ from sosbook.delay import DelayRequest, refusal, solve_delay
 from sosbook.delay.modes import ModesRefusal, slow_modes
 from sosbook.delay.proofs import in_frame
 from sosbook.exact.checker import kernel, verdict
-from sosbook.exact.checker.arithmetic import Mat, Refused, read, zeros
+from sosbook.exact.checker.arithmetic import Mat, Refused, read, total, trace, zeros
 from sosbook.exact.checker.language import Reader, parse
 from sosbook.exact.checker.modes import MARGIN
 from sosbook.exact.rational import decimal, decimals
@@ -56,9 +58,9 @@ def refused(seed, kind="second order", **changes):
     return refusal._by_modes(request)
 
 
-def values(proof):
-    """What the names of a proof's text stand for; of the unknowns zeros."""
-    file, *_ = verdict.opened(proof.text)
+def values_of(asked):
+    """What the names of a file's text stand for; of the unknowns zeros."""
+    file, *_ = verdict.written(asked)
     data = {k: read(v) for k, v in file["data"].items()}
     x, plain = {}, Reader(data)
     for name, spec in file["unknowns"].items():
@@ -97,7 +99,7 @@ def test_the_part_is_where_its_numbers_say(seed, kind, coarse):
     try:
         text = verdict.text_of({"kind": proof.kind, **data})[0]
         text.lines = text.lines[: text.lines.index("kappa = alpha/tau")]
-        env = {k: v for k, v in text.values().items()}
+        env = text.values()
     except Refused:
         assert coarse
         return
@@ -238,6 +240,65 @@ def test_what_the_text_states_is_needed(name, words, change):
     asked = base(NAME)
     with pytest.raises(Refused, match=words):
         decided(asked | {name: change(asked[name])})
+
+
+def with_room(asked, room):
+    """The same file with another room, and the multipliers that it asks for."""
+    Z = {x: read(z) for x, z in asked["multipliers"]}
+    decays = [x for x in Z if x.startswith("decay")]
+    for sign, much in ((1, Fraction(asked["room"])), (-1, Fraction(room))):
+        price = {x: trace(Z[x]) * much for x in decays}
+        if sign < 0:
+            price = {x: y / (1 + Z[x].r * much) for x, y in price.items()}
+        whole = sum(price.values())
+        Z = {x: total(z, sign * price.get(x, whole)) for x, z in Z.items()}
+    rows = {x: [[str(Fraction(e, z.d)) for e in u] for u in z.a] for x, z in Z.items()}
+    return asked | {"room": room, "multipliers": [[x, z] for x, z in rows.items()]}
+
+
+def several(asked):
+    """The file of a polytope whose second vertex has the modes."""
+    (v,) = asked["plant"]["vertices"]
+    heavy = v | {"M": [[decimal(2 * float(e)) for e in row] for row in v["M"]]}
+    plant = asked["plant"] | {"vertices": [heavy, v]}
+    return asked | {"plant": plant, "vertex": 1}
+
+
+EDGES = [
+    *((0, "second order"), (1, "second order"), (2, "descriptor"), (3, "second order")),
+    *later((6, "second order"), (7, "descriptor")),
+]
+
+
+@pytest.mark.parametrize("seed, kind", EDGES)
+@pytest.mark.parametrize("coarse", [0, 1e-11])
+def test_the_room_is_what_the_text_asks_for_to_the_last_bit(seed, kind, coarse):
+    """And the gap is the distance: one bit to the other side is refused."""
+    proof = refused(seed, kind)
+    asked, rng = {"kind": proof.kind, **proof.data}, np.random.default_rng(seed)
+    if kind == "second order":
+        asked = several(asked)
+    rows = np.array(asked["rows"], float)
+    rows = rows * (1 + coarse * rng.uniform(-1, 1, rows.shape))
+    asked |= {"rows": decimals(rows)}
+    k = len(asked["push"])
+    s = [complex(*map(float, x)) for x in asked["spectrum"]]
+    own = s[: np.cumsum([1 + (x.imag != 0) for x in s]).tolist().index(k) + 1]
+    gaps = [abs(a - b) for a in own for b in s[len(own) :]]
+    if gaps:
+        near = min(gaps)
+        asked |= {"gap": decimal(near * (1 - 1e-12))}
+        decided(asked)
+        with pytest.raises(Refused, match="apart"):
+            decided(asked | {"gap": decimal(near * (1 + 1e-12))})
+    env = values_of(asked)
+    spill = env["spill"]  # of the last loop, whose factor is the largest
+    room = spill / (1 - env["block"].r * spill)
+    below, above = np.nextafter(float(room), 0), np.nextafter(float(room), 1)
+    whole = verdict.written(with_room(asked, decimal(above)))[0]
+    assert len(verdict.check(json.dumps(whole))) == 1
+    with pytest.raises(Refused, match="room"):
+        decided(with_room(asked, decimal(below)))
 
 
 def test_a_factor_of_the_input_is_no_negative_one():
