@@ -400,3 +400,85 @@ def test_a_functional_of_order_two_and_boxes_are_read_as_they_are_written():
     late = sos.analyse_delay(LOOP, tau=2.0, method="legendre", order=2).certify()
     for proof in (late, proof_of("known gain, in a box"), near_a_box()):
         assert check(proof.text) == list(proof.claims)
+
+
+def test_eight_plants_are_a_box_of_a_known_gain_where_its_sides_are_alike():
+    """A corner of three parameters that is elsewhere, or in another's place."""
+    plants = sos.Polytope(
+        sos.SecondOrderSystem([[m]], [[d]], [[k]], [[1]])
+        for m in (0.3, 9.81)
+        for d in (0.3, 2.5)
+        for k in (1, 3.3)
+    )
+    region = sos.LMIRegion.half_plane(0.01)
+    proof = sos.analyse_pid(
+        plants, [[-1, -1.5]], region=region, coupling="multipliers"
+    ).certify()
+    assert check(proof.text) == list(proof.claims)
+    asked = asked_of(proof)
+    order = asked["corners"]
+    assert sorted(order) == [*range(1, 9)]
+    for vertex, name in enumerate(["M", "D", "S", "B"] * 2):
+        (((old,),)) = asked["plant"]["vertices"][vertex][name]
+        path = ["plant", "vertices", vertex, name]
+        other = put(asked, path, [[decimal(float(old) + 1e-4)]])
+        assert "isn't an identity" in needs()[refusal(decided, other)][1], path
+    for i in range(7):
+        other = list(order)
+        other[i], other[i + 1] = other[i + 1], other[i]
+        assert refusal(decided, put(asked, ["corners"], other)) != "accepted"
+
+
+@pytest.mark.parametrize("seed", seeds(20))
+def test_a_ball_of_a_product_encloses_the_products_of_its_ends(seed):
+    """Of one entry, exactly: both ends of a ball, times a number or another ball."""
+    rng = np.random.default_rng(seed)
+    unit = 1 << arithmetic.BALL
+
+    def one(e):
+        a = int(rng.integers(-(2**62), 2**62)) << 68
+        return arithmetic.Mat(1, 1, [[a + int(rng.integers(2**62))]], unit, e)
+
+    def ends(x):
+        return [Fraction(x.a[0][0] + s * x.e, x.d) for s in (-1, 1)]
+
+    def encloses(x, values):
+        low, high = ends(x)
+        return low <= min(values) and max(values) <= high
+
+    for _ in range(100):
+        e = int(rng.integers(1, 9)) << int(rng.integers(0, 100))
+        f = Fraction(int(rng.integers(-(10**6), 10**6)), int(rng.integers(1, 10**6)))
+        x, y = one(e), one(int(rng.integers(0, 2)) * (e // 3 + 1))
+        assert encloses(x.times(f), [f * a for a in ends(x)])
+        for p, q in ((x, y), (y, x)):
+            assert encloses(p @ q, [a * b for a in ends(p) for b in ends(q)])
+
+
+def test_pairs_of_vertices_that_a_refusal_or_a_family_needs_are_the_only_ones():
+    """Two stable plants, of which the one between isn't; a mass along one column that
+    moves with another parameter; and a size of a norm that is known."""
+    E = [np.eye(2), [[1.2, -1], [0.6, 0.6]]]
+    A = [[-1.5, -1.8], [0.7, -0.2]], [[-0.3, 1.6], [-0.2, 0.1]]
+    loop = sos.DescriptorSystem(E, A)
+    none = np.zeros((0, 2))
+    between = sos.analyse_pid(loop, none, coupling="pairs").infeasibility
+    assert any(len(name) == 5 for name, _ in between.data["multipliers"])
+    assert check(between.text) == list(between.claims)
+
+    def builder(a, b):
+        E = [[2 + a * b + b, 0.1], [a * b - 0.3 * a, 1]]
+        return sos.DescriptorSystem(E, [[-1, 0.3], [0.2, -2]], np.eye(2), np.eye(2))
+
+    proof = sos.design_pid(sos.Uncertain(builder, a=(0.1, 0.6), b=(0.2, 1))).certify()
+    assert check(proof.text) == list(proof.claims)
+    corners = [[str(k)] * 2 for k in (1, 2, 3, 4)]
+    assert json.loads(proof.text)["sets"]["pairs"] == corners
+    asked = asked_of(proof)
+    assert refusal(decided, asked) == "accepted"
+    other = put(asked, ["plant", "A", 0, 0], "-1 + 0.1*a")
+    assert refusal(decided, other) != "accepted"
+    norm = sos.HInfinity(5.0, mu=2.0)
+    proof = sos.design_pid(TWO, requirements=[norm]).certify()
+    assert check(proof.text) == list(proof.claims)
+    assert not any("mu = " in claim for claim in proof.claims)

@@ -133,8 +133,10 @@ function notices({from, to, by, owner}) {
   let kernel;
   try { kernel = made(source.slice(0, from) + by + source.slice(to));
   } catch (fault) { return -1; }
-  const place = places.indexOf(from), near = seen.filter(x => x.enters[place]);
-  const first = (last[owner] ??= []).filter(x => x.enters[place]);
+  const place = places.indexOf(from), name = owner.split(" ")[1];
+  const calls = ([kind, given]) => kind === "call" && given[0] === name;  // not counted
+  const near = seen.filter(x => x.enters[place] || calls(inputs[x.k]));  // at times
+  const first = (last[owner] ??= []).filter(x => near.includes(x));
   for (const x of [...first, ...near])
     if (answer(kernel, inputs[x.k]) !== x.said) {
       last[owner] = [x, ...last[owner].filter(y => y !== x)].slice(0, 20);
