@@ -1,6 +1,7 @@
 """Delays of several ticks that change at each one: the newest command is held."""
 
 import json
+import re
 from itertools import product
 
 import numpy as np
@@ -117,6 +118,8 @@ def test_a_controller_with_an_observer_is_proven_for_a_range_of_ticks(tmp_path):
     for share, good in ((1.5, True), (0.98, False)):  # a load that stays
         asked = sos.HInfinity(float(share * still), outputs=place)
         assert c.certify(norm=asked).proven == good
+    said = re.sub(r"\s+\*?\s*", " ", c.to_c().gains)
+    assert "by an enclosure of one program: the sampled loop" in said
     path = tmp_path / "proof.json"
     proof.save(path)
     again = load(path)

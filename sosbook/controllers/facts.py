@@ -43,6 +43,8 @@ def _facts(c, time_limit, trials):
         if proof is not None and proof.settled:
             proofs.append((end, proof.text))
             words = "; ".join(proof.claims)
+            if proof.examined.alone:
+                words = f"by an enclosure of one program: {words}"
             sha = digest(proof.text.encode())
             proven.append(f"{f'{what}: ' if what else ''}{words} (file sha256 {sha})")
         else:
