@@ -7,7 +7,7 @@ from scipy.linalg import expm
 
 import sosbook as sos
 from sosbook.analysis.doubts import line_of
-from sosbook.analysis.fit import covariance, radius
+from sosbook.analysis.fit import covariance, radius, standing
 from sosbook.analysis.trial import Trial
 from tests.cases import campaign
 
@@ -260,6 +260,51 @@ def test_intervals_with_friction_or_motion_before_the_log(name):
     z, boxes = misses(name, 60)
     assert np.mean(np.abs(z) < radius(0.95)) > 0.92 and boxes > 0.88
     assert 0.5 < np.sqrt(np.mean(np.square(z))) < 1.2
+
+
+def push(name, seconds, shaking, seed):
+    """A fit to a log of one push of a machine that rubs, which stands afterwards; its
+    encoder rounds, and is shaken by so many steps before.
+    """
+    builder, truth, guess, F, first, t, u, step, _ = RUBBED[name]
+    t = np.arange(round(seconds / (t[1] - t[0]))) * (t[1] - t[0])
+    u = np.where(t < 1.2, abs(u).max(), 0)
+    z, rng = rubbed(*of(builder(**truth)), t, u, F), np.random.default_rng(seed)
+    z = z + step * (rng.random() + rng.normal(0, shaking, z.shape))
+    record = sos.Record(t, u, np.floor(z / step) * step)
+    found = sos.identify(builder, record, guess | {"F": first}, friction={"F": [1]})
+    return found, truth | {"F": F}
+
+
+def test_a_machine_that_stands_on_a_step_of_its_encoder_says_no_more():
+    """The whole rest is rounded by one number: four times as long, it is no clearer."""
+    brief, long = (push("slide", x, 0, 1)[0].sd for x in (2.5, 6.5))
+    assert (long > 0.9 * brief).all()
+
+
+@pytest.mark.campaign
+@pytest.mark.parametrize("name, shaking", [("slide", 0.0), ("rock", 0.25)])
+def test_intervals_of_a_machine_that_stands(name, shaking):
+    """Without what rests have in common 69 of 100 intervals held the rock's d and F."""
+    z = []
+    for seed in range(24):
+        found, truth = push(name, 4.0, shaking, seed)
+        z.append([(found[x] - truth[x]) / found.sd[k] for k, x in enumerate(truth)])
+    assert np.mean(np.abs(z) < radius(0.95)) > 0.88
+    assert 0.5 < np.sqrt(np.mean(np.square(z))) < 1.3
+
+
+@pytest.mark.parametrize("shaking", [0, 0.1, 0.2, 0.3])
+def test_what_a_rest_is_wrong_by_is_what_rounding_leaves(shaking):
+    """Rests at places drawn between the steps, of encoders in units of 0.3."""
+    rng = np.random.default_rng(4)
+    places = 0.3 * (rng.uniform(5, 50, 2000) + 50 * (np.arange(2000) % 2))
+    shaken = places[:, None] + 0.3 * shaking * rng.normal(size=(2000, 400))
+    read = 0.3 * np.floor(shaken / 0.3 + 0.5)
+    true = np.var(read.mean(axis=1) - places)
+    runs, said = standing(read.ravel(), np.repeat(places, 400), 30)
+    assert len(runs) == 2000
+    assert said + read.var(axis=1).mean() / 400 == pytest.approx(true, rel=0.1)
 
 
 def test_a_simulation_of_an_ode_solver_agrees():

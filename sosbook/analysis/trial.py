@@ -3,7 +3,7 @@
 import numpy as np
 
 from .doubts import STRUCTURED, refuse_model, roughness
-from .fit import CORRELATED_SAMPLES, Fit, UnseenError, output_error
+from .fit import CORRELATED_SAMPLES, Fit, UnseenError, output_error, standing
 from .moved import HeldInputs, matrices
 
 #: Relative, either way, for derivatives. With a step of 1e-6 forwards, noise of 1e-13
@@ -175,9 +175,23 @@ class Trial:
             self.weights = 1 / np.maximum(rms, 1e-9 / self.weights)
         refuse_model(left, self.record, self.keep)
         values = self.guess * np.exp(logs)
-        spread = values[:, None] * fit.covariance * values
+        spread = fit.covariance + self._of_rests(logs, left, window)
+        spread = values[:, None] * spread * values
         spread = spread / (1 - count * window / N)
         return Fit(fit.names, values, spread, left)
+
+    def _of_rests(self, logs, left, window):
+        """What readings that stand add to the covariance of the logs."""
+        slopes = self.slopes(logs)
+        inverse = np.linalg.inv(slopes.T @ slopes)
+        slopes = slopes.reshape(*self.keep.shape, -1)
+        middle = np.zeros_like(inverse)
+        for k, y in enumerate(self.record.y.T):
+            runs, variance = standing(y, y - left[:, k], window)
+            for run in runs:
+                moves = slopes[run, k].sum(axis=0) * self.weights[k]
+                middle += variance * np.outer(moves, moves)
+        return inverse @ middle @ inverse
 
     def _score(self, residuals):
         kept = self.keep > 0
