@@ -137,7 +137,7 @@ def covariance(J, r, window=CORRELATED_SAMPLES):
 
 
 def standing(y, path, window):
-    """Where a reading stands for more than a window, and what it is wrong by there.
+    """The rests of a reading longer than a window, and the error they have in common.
 
     A sensor of steps is wrong by one number as long as it stands: the residuals of a
     whole rest are one, and no window of their colours sees that. ``y``, (N,): what it
