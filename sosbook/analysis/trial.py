@@ -181,7 +181,7 @@ class Trial:
         return Fit(fit.names, values, spread, left)
 
     def _of_rests(self, logs, left, window):
-        """What readings that stand add to the covariance of the logs."""
+        """The share of the covariance of the logs that readings at rest have."""
         slopes = self.slopes(logs)
         inverse = np.linalg.inv(slopes.T @ slopes)
         slopes = slopes.reshape(*self.keep.shape, -1)
