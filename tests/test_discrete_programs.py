@@ -149,7 +149,7 @@ def test_verify_takes_the_program_and_refuses_exchanged_names(tmp_path):
     proof = load(mine)
     assert proof.verify() and f"tick of {c.T:g} s" in proof.claims[0]
     assert compare_code(proof, code)[0] == ""
-    file.write_text(_names(file.read_text()))
+    file.write_text(_names(file.read_text("utf-8")), "utf-8")
     with pytest.raises(ValueError, match="ROWS has another row for x3"):
         proofs_beside(code)
 

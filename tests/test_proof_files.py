@@ -656,6 +656,7 @@ SPEAKERS = {
     "Margin": "a number of a disk of gains that balls leave stable",
     "Cut": "a disk of gains that balls leave stable, or not",
     "Edge": "its design.certify() and its refusal's infeasibility",
+    "Residual": "a share of a vibration that balls bound, and its words say so",
     "Largest": "its design.certify(), and its infeasibility beyond",
     "Deployment": "those that are written beside the program",
     "Stopped": "never proven: the time was over",

@@ -136,12 +136,12 @@ def covariance(J, r, window=CORRELATED_SAMPLES):
     return inverse @ middle @ inverse / (N - len(inverse))
 
 
-def standing(y, path, window):
+def standing(y, modelled, window):
     """The rests of a reading longer than a window, and the error they have in common.
 
     A sensor of steps is wrong by one number as long as it stands: the residuals of a
     whole rest are one, and no window of their colours sees that. ``y``, (N,): what it
-    reads; ``path``, (N,): what a model says, which stands where it stays within a
+    reads; ``modelled``, (N,): what a model says, which stands where it stays within a
     quarter of a step. Returns the slices, and the variance v of the error that a rest
     has in common. Where a sensor is shaken by the variance q before it rounds, in
     steps, v is the sum of exp(-4 pi^2 n^2 q) / (2 pi^2 n^2) over n = 1, 2, .., and its
@@ -156,7 +156,7 @@ def standing(y, path, window):
     step = np.diff(levels).min(initial=np.inf)
     runs, first = [], 0
     for k in range(1, len(y) + 1):
-        if k == len(y) or abs(path[k] - path[first]) > step / 4:
+        if k == len(y) or abs(modelled[k] - modelled[first]) > step / 4:
             if k - first > window:
                 runs.append(slice(first, k))
             first = k
