@@ -11,7 +11,7 @@ import sosbook as sos
 from sosbook.controllers import Backlash, predicted_cycles
 from sosbook.controllers.bounds import rest
 from sosbook.controllers.memory import kalman
-from sosbook.sampled.discretize import input_vertices
+from sosbook.sampled.discretize import SampleTiming, input_vertices
 
 ROOMS = Path(sos.__file__).parent
 PAIR = sos.SecondOrderSystem(
@@ -92,7 +92,8 @@ def test_forces_act_on_coordinates_or_are_refused():
 def test_unknown_forces_push_every_equation_of_a_first_order_plant():
     """By Riccati's own equation: what isn't measured is doubted, in every state."""
     (d,), rows = input_vertices(ODD, None), np.eye(1, 3, 2)
-    few, many = (kalman(d, 0.01, rows, np.array([1e-3]), x) for x in (1e-4, 1e2))
+    tick = SampleTiming.of(0.01, 0.0)
+    few, many = (kalman(d, tick, rows, np.array([1e-3]), x) for x in (1e-4, 1e2))
     assert (abs(many) > abs(few)).all()
     mixed = motor(measured=["x3"])
     assert mixed.radius < 1 and mixed.certify().proven

@@ -251,7 +251,7 @@ def test_a_plant_alone_is_the_loop_without_a_gain():
     "bad, words",
     [
         (dict(u=sos.Step([1, 2, 3])), "u: offset"),
-        (dict(u=1.0), "u must be a Sine or a Step"),
+        (dict(u=1.0), "u must be a Sine, Step, Steps or Ramps"),
         (dict(x0=[1, 2]), "x0 must hold 4"),
     ],
 )
@@ -273,9 +273,12 @@ def test_gains_that_cancel_are_simulated_without_rounding_errors(size):
     plain = sos.SecondOrderSystem(1, 0.2, 1, 1, 1)
     K = [[size - 1.3, size - 0.7, size - 0.4], [-size, -size, -size]]
     t, U = np.linspace(0, 4, 9), [[1]]
-    asked = dict(r=sos.Step(2.0, 1.0), w=sos.Sine(0.3, 2.0, 0.1, 0.4, 3.0))
+    wave = sos.Sine(0.3, 2.0, 0.1, 0.4, 3.0)
     wanted = sos.analyse_pid(plain, [[-1.3, -0.7, -0.4]], U)
     found = sos.analyse_pid(plant, K, U)
     assert sensitive(found.request.vertices[0], found.K) == (size > 1e9)
-    x, y = (d.simulate(t, x0=[1, 0, 0.5], **asked).x for d in (wanted, found))
-    np.testing.assert_allclose(y, x, atol=1e-11 * size / 1e3 if size < 1e9 else 1e-12)
+    ramps = sos.Ramps([0, 1.3, 1.3, 2.9], [[0], [2], [1], [4]])
+    for r in (sos.Step(2.0, 1.0), ramps):
+        how = dict(x0=[1, 0, 0.5], r=r, w=wave)
+        x, y = (d.simulate(t, **how).x for d in (wanted, found))
+        np.testing.assert_allclose(y, x, atol=1e-14 * size if size < 1e9 else 1e-12)

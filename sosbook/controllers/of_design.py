@@ -52,13 +52,13 @@ def controller_of(
     """
     request = design.request
     plant, U = request.plant, request.U
-    clock = clock_of(plant, T, delay, jitter)
-    T, delay = clock.T, clock.latest
     if design.K is None:
         raise ValueError(
             f"the design is {design.status}: there is no gain to make a controller of; "
             f"its reason says why. {design.reason}"
         )
+    clock = clock_of(plant, T, delay, jitter)
+    T, delay = clock.T, clock.latest
     K_A = getattr(request, "K_A", None)  # no loop with a delay has one
     if K_A is not None and np.any(K_A):
         raise ValueError(

@@ -85,10 +85,11 @@ def simulate(d, K, t, r=None, w=None, x0=None, K_A=None, precise=False):
     corners = [s for s in (on, off, *r.times) if 0 < s < t[-1]]
     corners += [] if pieces is None else [s for s in pieces.times if s < t[-1]]
     nodes = np.unique(np.concatenate([t, corners]))
-    memory = np.linalg.solve(d.E[2 * n :, 2 * n :], d.A[2 * n :, : 2 * n])
-    where = np.hstack([forms[1], number(np.eye(N)[:, 2 * n :])])
+    E, A_d = number(d.E[2 * n :, 2 * n :]), number(d.A[2 * n :, : 2 * n])
+    where = -forms[1] @ number(K[:, : 2 * n])  # how [r; r'] enters: K may cancel there
+    where[2 * n :] -= (inverse(E) if precise else np.linalg.inv(E)) @ A_d
     where = where if pieces is None else np.hstack([where, forms[2]])
-    inward, chain, v = entering(np.vstack([K[:, : 2 * n], memory]), r, pieces, nodes)
+    inward, chain, v = entering(-np.eye(2 * n), r, pieces, nodes)
     # the state joined by v and [1, sin(omega t), cos(omega t)]
     L = N + len(v)
     quiet = number(np.zeros((L + 3, L + 3)))
