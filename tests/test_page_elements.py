@@ -199,9 +199,12 @@ LAID_OUT = """async tag => {
   if (e.say && e.answer) e.say(); else e.update?.();
   const moves = [...asked], text = box.innerHTML, high = () => box.offsetHeight;
   back.forEach(undo => undo());
-  box.innerHTML = "<p>long</p>".repeat(60);
-  await frame();
-  const long = high();
+  let long = 0;
+  do {  // an answer that was still computed may be written over it
+    box.innerHTML = "<p>long</p>".repeat(60);
+    await frame();
+    long = high();
+  } while (!box.textContent.startsWith("long"));
   box.innerHTML = text;
   await frame();
   const after = high();
