@@ -277,7 +277,7 @@ def push(name, seconds, shaking, seed):
 
 
 def test_a_machine_that_stands_on_a_step_of_its_encoder_says_no_more():
-    """The whole rest is rounded by one number: the log of 30 s was 1.8 times as sure."""
+    """The whole rest is rounded by one number: the log of 30 s was 1.8 times surer."""
 
     def sd(seconds):
         t = np.arange(round(seconds / 0.02)) * 0.02
