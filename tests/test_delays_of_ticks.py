@@ -120,6 +120,7 @@ def test_a_controller_with_an_observer_is_proven_for_a_range_of_ticks(tmp_path):
         assert c.certify(norm=asked).proven == good
     said = re.sub(r"\s+\*?\s*", " ", c.to_c().gains)
     assert "by an enclosure of one program: the sampled loop" in said
+    assert "ticks 0.01 s apart, acting 0 to 0.025 s late" in said
     path = tmp_path / "proof.json"
     proof.save(path)
     again = load(path)

@@ -240,6 +240,7 @@ def test_a_report_says_that_all_is_of_the_plants_own_ticks():
     page = report_texts(d, d.controller())["index.html"]
     assert "Asked, proven and true, at the plant's ticks" in page
     assert "(next x - x)/(0.3 s) = A x + B u" in page and "x&#x27; = A x" not in page
+    assert "poles z" in page and "poles, rad/s" not in page
 
 
 def test_inputs_with_delays_of_their_own_are_states_of_a_plant_of_ticks():

@@ -65,9 +65,10 @@ def _facts(c, time_limit, trials):
     )
     if c.clock.varies:
         (short, long), (early, late) = c.clock.ranges
+        ticks = f"{short:g} s" if short == long else f"{short:g} to {long:g} s"
         proven.append(
-            f"the proven clock of the sampled loop varies: ticks {short:g} to {long:g} "
-            f"s apart, acting {early:g} to {late:g} s late, in any order; the program "
+            f"the proven clock of the sampled loop varies: ticks {ticks} "
+            f"apart, acting {early:g} to {late:g} s late, in any order; the program "
             f"counts ticks that are more than {c.faults.slack * c.T:.4g} s off. The "
             "bounds and steps below are of a clock that doesn't vary"
         )

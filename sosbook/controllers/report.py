@@ -99,7 +99,9 @@ def _page(design, c, code):
         *bounds,
         f"<p>Sensitivity at the input, at most: {peak}sampled, with memory and delay: "
         f"{c.sensitivity_peak():.3f}; at the corners, in floats.</p>",
-        pole_map(np.atleast_2d(design.poles()), design._region()),
+        pole_map(
+            np.atleast_2d(design.poles()), design._region(), label=design.pole_axis
+        ),
         *_margins(c),
         "<h2>What is proven, bounded and simulated of the program</h2>",
     ]
