@@ -160,7 +160,7 @@ class Steps:
 class Ramps(Steps):
     """A signal that is linear between times: a ramp, or a record of a file.
 
-    Before its first time it is zero, and from the last time on it stays where it is.
+    Before 0 it is zero, and from the last time on it stays where it is.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Gains that move chosen poles to exact places, and no other pole."""
+"""Gains that move chosen poles to given places, and how little the others move."""
 
 from dataclasses import dataclass
 from decimal import ROUND_CEILING, Context
@@ -13,7 +13,7 @@ from ..plants.second_order import SecondOrderSystem
 from ..runtime.array_like import ArrayLike
 
 BITS = 256  # of the balls around the poles
-NEAR = 0.1  # of the largest pole that is asked for: how well one has to be known
+NEAR = 0.1  # of the largest pole that is asked for: a guess that is worse is refused
 TINY = 1e-9  # of b, and of that pole: what floats can't tell from zero
 
 
@@ -86,7 +86,10 @@ def place_poles(
     True
     """
     if not isinstance(plant, SecondOrderSystem) or plant.m != 1:
-        raise ValueError("plant must be one SecondOrderSystem with one input: take B g")
+        raise ValueError(
+            "plant must be one SecondOrderSystem with one input: where several shall "
+            "act in the ratio g, give the plant whose B is B g"
+        )
     (d,) = descriptors(plant)
     old, new = _closed("poles", poles), _closed("places", places)
     if len(old) != len(new):
@@ -104,7 +107,9 @@ def place_poles(
         min(abs(reach).min() / np.linalg.norm(b), abs(apart / abs(old).max()).min())
         < TINY
     ):
-        raise ValueError("u doesn't reach one of these poles, or one is double")
+        raise ValueError(
+            f"poles: u doesn't reach one of {poles!r}, or one is double: leave it out"
+        )
     c = -np.subtract.outer(moved, new).prod(axis=1) / apart.prod(axis=1)
     K = ((c / reach) @ rows).real[None]
     before, after = (_poles(d, gain) for gain in (0 * K, K))
