@@ -91,7 +91,7 @@ def test_two_real_poles_become_a_pair():
         (lambda it: place_poles(it, [0.89j], [-1]), "2 poles can't be moved to 1"),
         (lambda it: place_poles(it, [np.nan], [-1]), "poles must be some finite"),
         (lambda it: place_poles(sos.Polytope([it, it]), [1j], [-1j]), "one input"),
-        (lambda it: place_poles(two_inputs(it), [1j], [-1j]), "the plant whose B is B g"),
+        (lambda it: place_poles(two_inputs(it), [1j], [-1j]), "whose B is B g"),
         (lambda it: place_poles(unseen(), [2j], [-1 + 2j]), "doesn't reach"),
     ],
 )

@@ -53,8 +53,8 @@ def place_poles(
     Parameters
     ----------
     plant : SecondOrderSystem
-        One plant with one input; for several inputs that shall act in the ratio g
-        take B g.
+        One plant with one input; where several shall act in the ratio g, the plant
+        whose B is B g.
     poles, places : (k,) array_like
         Which poles, in rad/s, as near as they are known, and where they shall be. A
         complex one stands for its pair.
