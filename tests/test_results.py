@@ -1,5 +1,6 @@
 """Every design function's result keeps one protocol."""
 
+import html
 import inspect
 import traceback
 
@@ -98,6 +99,34 @@ def test_a_feasible_result(results, name, plant):
         assert response.z.shape == (plant.n, 6) and not response.z.any()
         assert response.u.shape == (plant.m, 6)
         assert isinstance(response, Response)
+
+
+def sampled(plant):
+    return sos.design_sampled(plant, sos.PIDLaw([[1]], filter=0.3), 0.1)
+
+
+PAGES = {
+    "Design": "poles lie",
+    "DelayDesign": "behind a delay",
+    "SampledDesign": "ticks",
+}
+
+
+@pytest.mark.parametrize("name", PAGES)
+@pytest.mark.parametrize("plant", [CART, PAIR], ids=["plant", "polytope"])
+def test_each_design_of_a_gain_has_a_page(results, name, plant, tmp_path):
+    found = results.get((name, plant)) or sampled(plant)
+    clock = {} if name == "SampledDesign" else {"T": 0.1}
+    page = found.report(tmp_path, **clock).read_text("utf-8")
+    (asked,) = found.statements()
+    assert PAGES[name] in asked and f"<li>{html.escape(asked)}</li>" in page
+    assert found.pole_axis in page
+    assert ("asked, proven and true" in page.lower()) == (name == "Design")
+
+
+def test_those_are_all_designs_with_a_page():
+    made = {name for name in sos.__all__ if hasattr(getattr(sos, name), "report")}
+    assert made - {"Loop"} == set(PAGES)
 
 
 @pytest.mark.parametrize("name", REFUSED)

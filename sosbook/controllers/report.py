@@ -72,11 +72,8 @@ def report_texts(design, controller, name="axis", step=None):
 
 def _page(design, c, code):
     """The body of the report in HTML."""
-    asked = [r.statement for r in design.request.requirements]
     bounds, peak = (), ""
-    if getattr(design, "at_ticks", False):
-        asked = [design.words]
-    else:
+    if hasattr(design, "bounds"):
         when = "at the plant's ticks" if c.timing.steps else "in continuous time"
         title = f"<h2>Asked, proven and true, {when}</h2>"
         bounds = title, design.bounds()._repr_html_()
@@ -85,7 +82,7 @@ def _page(design, c, code):
         f"<h1>{escape(code.name)}: a controller and what is known of it</h1>",
         f"<p>{escape(repr(c)[1:-1])}.</p>",
         "<h2>What was asked</h2><ul>",
-        *(f"<li>{escape(words)}</li>" for words in asked),
+        *(f"<li>{escape(words)}</li>" for words in design.statements()),
         "</ul><h2>The plant</h2>",
         *(_plant(c, *x) for x in zip(c.vertices, _corners(c))),
         "<h2>The gain</h2>",

@@ -72,6 +72,7 @@ class SampledDesign(ReadOnly):
     kept: tuple = ()
 
     at_ticks = True  # what K multiplies
+    pole_axis = "poles, from tick to tick"  # below the picture of its poles
 
     def __repr__(self):
         true = "" if self.K is None else f"; in floats {self.decay:.4g} 1/s"
@@ -80,8 +81,8 @@ class SampledDesign(ReadOnly):
     def _repr_html_(self):
         found = self.K is not None
         poles = np.atleast_2d(self.poles()) if found else ()
-        gains, axis = self.gains.items() if found else (), "poles, from tick to tick"
-        about = self._region(), tuple(gains), None, (self.reason,), axis
+        gains = tuple(self.gains.items()) if found else ()
+        about = self._region(), gains, None, (self.reason,), self.pole_axis
         return card("SampledDesign", self.status, poles, *about)
 
     def _region(self):
@@ -96,6 +97,10 @@ class SampledDesign(ReadOnly):
                 f"every motion decays at least as e^(-{self.sigma:.4g} t) at the ticks"
             )
         return "; ".join([words, *map(statement, self.requirements)])
+
+    def statements(self) -> list[str]:
+        """The demand on the loop in a sentence."""
+        return [self.words]
 
     @property
     def gains(self) -> dict[str, np.ndarray]:

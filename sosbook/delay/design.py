@@ -86,6 +86,16 @@ class DelayDesign(Gains[DelayProof], ReadOnly):
         make = super().controller if self.source is None else None
         return (make or self.source.design.controller)(*measured, T=T, **asked)
 
+    def statements(self) -> list[str]:
+        """The demand on the loop in a sentence."""
+        request = self.request
+        low, high = request.tau - request.mu, request.tau + request.mu
+        when = f"behind a delay of {request.tau:.4g} s"
+        if request.mu:
+            when = f"behind delays of {low:.4g} to {high:.4g} s, however they vary"
+        decay = f"decays at least as e^(-{request.delta:.4g} t)"
+        return [f"every motion {decay if request.delta else 'dies out'} {when}"]
+
     def its_law(self) -> tuple:
         """As of a `Design`."""
         return super().its_law() if self.source is None else self.source.its_law()

@@ -196,6 +196,10 @@ class Gains(Result[Proven]):
         write = later("controllers", "write_report")
         return write(self, made, folder, name, replace, pdf, step)
 
+    def statements(self) -> list[str]:
+        """Each requirement in a sentence."""
+        return [r.statement for r in self.request.requirements]
+
     @property
     def K_P(self) -> np.ndarray:
         """Proportional gain, (m, n)."""
