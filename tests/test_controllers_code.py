@@ -496,6 +496,16 @@ def test_cmake_builds_it_and_its_bench_passes(gcc, tmp_path):
     assert "100% tests passed" in ran("ctest", "--test-dir", build)
 
 
+def test_a_loop_of_which_nothing_is_asked_says_so_in_its_header():
+    """It said that an undecided design isn't proven."""
+    plant = sos.SecondOrderSystem(0.3, 0.2, 9.81, 1)
+    loop = sos.Loop(plant, sos.FullState(), [[-1.0, -2.0]]).at(T=0.01)
+    (_, proven), *_ = facts_of(loop.controller, None)[0]
+    assert "in continuous time nothing was asked" in proven
+    assert not any("NOT PROVEN" in line or "undecided" in line for line in proven)
+    assert str(loop.design.certify()) == "not proven: nothing was asked"
+
+
 def test_the_facts_of_several_outputs_name_each(monkeypatch):
     """One list of both rows of a gain was u, and two reaches were of no set point."""
     monkeypatch.setattr(OutputBounds, "reach", lambda self, j: f"reach {j}")

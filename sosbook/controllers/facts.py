@@ -5,6 +5,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from ..exact.proof import NOTHING
 from ..exact.rational import exact
 from ..plants.as_data import plant_data
 from ..runtime.digests import digest
@@ -47,6 +48,8 @@ def _facts(c, time_limit, trials):
                 words = f"by an enclosure of one program: {words}"
             sha = digest(proof.text.encode())
             proven.append(f"{f'{what}: ' if what else ''}{words} (file sha256 {sha})")
+        elif getattr(proof, "why", "") == NOTHING:
+            proven.append(f"in continuous time {NOTHING}")
         else:
             what = what or "sampled loop"
             failed = ", ".join(map(str, getattr(proof, "failed", ()))) or "no proof"

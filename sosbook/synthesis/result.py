@@ -142,8 +142,10 @@ class Result(ABC, Generic[Proven]):
 
     def _nothing_to_prove(self):
         """The answer of `certify` where there is no design."""
-        from ..exact.proof import Unproven
+        from ..exact.proof import NOTHING, Unproven
 
+        if not getattr(getattr(self, "request", None), "requirements", True):
+            return Unproven(NOTHING)
         proof = self.infeasibility if self.status == "infeasible" else None
         there = " That is proven: see its infeasibility." if proof else ""
         words = (
