@@ -12,7 +12,6 @@
 
 import importlib.util
 import os
-import pickle
 import re
 import sys
 import time
@@ -22,6 +21,7 @@ from pathlib import Path
 
 import pytest
 
+import tests.once
 from tasks import JUPYTER_BOOK
 from tests import browser as chromium
 from tests import compiler, layout
@@ -146,31 +146,31 @@ def gcc():
     return command
 
 
-@pytest.fixture(scope="session")
-def rows(tmp_path_factory):
-    """The rows of the reproduction."""
-    return computed_once(tmp_path_factory, "rows")
-
-
-@pytest.fixture(scope="session")
-def errata(tmp_path_factory):
-    """The corrections of the thesis."""
-    return computed_once(tmp_path_factory, "errata")
-
-
-def computed_once(tmp_path_factory, name):
-    """What ``reproduction`` computes; all workers of a run read what one has."""
-    from sosbook.book import reproduction
-
+@pytest.fixture(scope="session", autouse=True)
+def one_folder(tmp_path_factory):
+    """Where the workers of a run find what one of them has made."""
     folder = tmp_path_factory.getbasetemp()
     if "PYTEST_XDIST_WORKER" in os.environ:
         folder = folder.parent
-    path = folder / f"{name}.pickle"
-    if not path.exists():
-        part = path.with_suffix(f".{os.getpid()}")
-        part.write_bytes(pickle.dumps(getattr(reproduction, name)()))
-        part.replace(path)
-    return pickle.loads(path.read_bytes())
+    tests.once.FOLDER = folder
+    yield
+    tests.once.FOLDER = None
+
+
+@pytest.fixture(scope="session")
+def rows():
+    """The rows of the reproduction."""
+    from sosbook.book import reproduction
+
+    return tests.once.once("rows", reproduction.rows)
+
+
+@pytest.fixture(scope="session")
+def errata():
+    """The corrections of the thesis."""
+    from sosbook.book import reproduction
+
+    return tests.once.once("errata", reproduction.errata)
 
 
 def wait_for(outcome, seconds=600):

@@ -40,6 +40,7 @@ from tests.cases import campaign
 from tests.closed import analyse_loop
 from tests.energy_to_peak import EnergyToPeak
 from tests.hunt.tampering import true_claims
+from tests.once import once
 from tests.processes import alone, process
 from tests.test_infeasible import mass
 from tests.test_multipliers import loops
@@ -541,8 +542,8 @@ def refused(name):
 def proof_of(name):
     """The proof of that name, made once for all files of tests."""
     if name in EXCLUDED:
-        return refused(name).infeasibility
-    return (PROOFS | BEYOND)[name]()
+        return once(name, lambda: refused(name).infeasibility)
+    return once(name, (PROOFS | BEYOND)[name])
 
 
 @pytest.mark.parametrize("name", [*PROOFS, *EXCLUDED])
