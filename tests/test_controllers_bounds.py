@@ -399,11 +399,20 @@ def test_the_program_stays_below_its_bounds():
 
 
 @pytest.mark.slow
-def test_single_precision_stays_within_its_bound():
-    """Two closed loops without steps of sensors, in both precisions."""
-    c = stepless(axis().set_point(ramp=6.0))
+@pytest.mark.parametrize("load", [0.0047, *campaign([None])])
+def test_single_precision_stays_within_its_bound(load):
+    """Two closed loops without steps of sensors, in both precisions; of all loads in
+    the campaign, and in chapter 40.
+    """
+    c = axis()
+    if load:
+        c = sos.analyse_pid(drive(load), design().K, [[1, 0]]).controller(
+            ["motor"], T=T, delay=T, counts=4096
+        )
+    c = stepless(c.set_point(ramp=6.0))
     single = c.bounds.rounding("single", range=60.0, speed=6.0)
-    ways = [Replay(c, 2, kind) for kind in (float, np.float32)]
+    count = 1 if load else 2
+    ways = [Replay(c, count, kind) for kind in (float, np.float32)]
     runs = [c.simulate(1.0, r=[6.0], program=way) for way in ways]
     off = abs(runs[0].u - runs[1].u).max()
     assert 0 < off < single.proven < 0.1

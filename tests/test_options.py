@@ -112,12 +112,15 @@ def edged(name="sigma", **options):
 
 
 def across(x, y):
-    asked = dict(
-        region=sos.PoleRegion(sigma=0.2, rho=9),
-        saturation=sos.Saturation(9.0, [1, 0]),
-        requirements=[sos.QuadraticCost(np.eye(2), [[1]], bound=50.0)],
-        gamma=2.0,
-    )
+    """A frontier on which nothing else is asked."""
+    cost = sos.QuadraticCost(np.eye(2), [[1]], bound=50.0)
+    others = {
+        "gamma": dict(gamma=2.0),
+        "u_max": dict(saturation=sos.Saturation(9.0, [1, 0])),
+        "cost": dict(requirements=[cost]),
+    }
+    asked = dict(region=sos.PoleRegion(sigma=0.2, rho=9))
+    asked |= others.get(x, {}) | others.get(y, {})
     values = dict(sigma=0.3, theta=1.0, rho=8.0, gamma=1.5, u_max=8.0, cost=40.0)
     value = values.get(x, 1.0)
     return maps.frontier(

@@ -70,7 +70,7 @@ def test_what_was_found_before_the_time_was_over_is_kept(monkeypatch):
             raise OutOfTime(end=monotonic())
 
     monkeypatch.setattr(pieces, "_cuts", lambda family: [Late()])
-    assert least(BICYCLES).certify().proven
+    assert least(BICYCLES, "pairs").certify().proven
 
 
 def test_cuts_stop_where_they_help_no_more():

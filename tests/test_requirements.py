@@ -153,7 +153,7 @@ def test_refute_and_advise(name):
     if r.parameter is None:  # a region far to the left
         r = sos.LMIRegion.strip(-40, -30, name="far")
     elif name == "theta":
-        r = r.with_bound(0.3)
+        r, tight = r.with_bound(0.3), sos.Saturation(1e-3, [1, -0.5])
     elif name == "rho":  # no gain holds all poles so near to zero
         r, tight = r.with_bound(0.01), sos.Saturation(0.05, [1, 0])
     else:

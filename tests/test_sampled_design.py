@@ -27,11 +27,13 @@ def pair(m=1.0):
 
 
 PAIRS = sos.Polytope([pair(), pair(1.5)])
+FEW = sos.Search(starts=3)
 
 
 @functools.cache
 def several():
-    return sos.design_sampled(PAIRS, sos.DynamicLaw(2, position=[[0, 1]]), T, T)
+    law = sos.DynamicLaw(2, position=[[0, 1]])
+    return sos.design_sampled(PAIRS, law, T, T, search=FEW)
 
 
 def held(plant):
@@ -66,18 +68,18 @@ def radius(F):
 
 
 def test_a_slow_clock_needs_a_gain_of_its_own_and_it_is_proven():
-    slow = sos.design_sampled(pair(), PID, T, T)
+    slow = sos.design_sampled(pair(), PID, T, T, search=FEW)
     assert slow.status == "feasible" and slow.certify().verify()
-    continuous = sos.design_pid(pair(), law=PID, maximize="sigma")
+    continuous = sos.design_pid(pair(), law=PID, maximize="sigma", search=FEW)
     assert continuous.status == "feasible"
     assert continuous.controller(T=T, delay=T).radius > 1
     true = radius(filtered_loop(pair(), *(slow.gains[x].item() for x in slow.gains)))
     assert abs(slow.poles()).max() == pytest.approx(true, abs=1e-9)
     rate = slow.certify().rate
     assert true < rate < true**0.985 and rate <= np.exp(-slow.sigma * T)
-    again = sos.design_sampled(pair(), PID, T, T)
+    again = sos.design_sampled(pair(), PID, T, T, search=FEW)
     assert (again.K == slow.K).all() and again.sigma == slow.sigma
-    asked = sos.design_sampled(pair(), PID, T, T, sigma=0.95 * slow.sigma)
+    asked = sos.design_sampled(pair(), PID, T, T, sigma=0.95 * slow.sigma, search=FEW)
     assert asked.status == "feasible" and "e^(-0.07" in asked.words
 
 
@@ -86,7 +88,8 @@ def test_every_plant_between_keeps_the_decay_of_a_controller_of_order_two():
     assert design.sigma > 0.15 and "every constant plant of" in str(design.proof)
     for m in np.linspace(1, 1.5, 11):
         assert radius(held_loop(design, pair(m))[0]) < design.proof.rate
-    continuous = sos.design_pid(PAIRS, law=design.request.law, maximize="sigma")
+    asked = dict(law=design.request.law, maximize="sigma", search=FEW)
+    continuous = sos.design_pid(PAIRS, **asked)
     assert continuous.controller(T=T, delay=T).radius > 1
     assert (
         "decays at least as e^(-" in design.words and "region" in design._repr_html_()
@@ -162,15 +165,15 @@ def test_what_isnt_found_is_undecided_with_what_was_reached():
 
 def test_a_rounding_that_is_too_coarse_leaves_the_next_one_its_digits(monkeypatch):
     """The numbers of the second trial were those of the first."""
-    fast = sos.design_sampled(pair(), PID, T, T).sigma
+    fast = sos.design_sampled(pair(), PID, T, T, search=FEW).sigma
     monkeypatch.setattr(sampled_search, "DIGITS", (1,))
-    coarse = sos.design_sampled(pair(), PID, T, T, sigma=0.99 * fast)
+    coarse = sos.design_sampled(pair(), PID, T, T, sigma=0.99 * fast, search=FEW)
     assert coarse.status == "undecided" and "It isn't proven" in coarse.reason
     monkeypatch.setattr(sampled_search, "DIGITS", (1, 10))
-    asked = sos.design_sampled(pair(), PID, T, T, sigma=0.99 * fast)
+    asked = sos.design_sampled(pair(), PID, T, T, sigma=0.99 * fast, search=FEW)
     assert asked.status == "feasible" and asked.proof.verify()
     monkeypatch.setattr(sampled_search, "round_digits", lambda x, digits: 9.81 * x)
-    unstable = sos.design_sampled(pair(), PID, T, T)
+    unstable = sos.design_sampled(pair(), PID, T, T, search=FEW)
     assert unstable.status == "undecided" and "fastest decay" in unstable.words
 
 
@@ -255,21 +258,23 @@ FASTEST = {  # plant, law, T, delay, loop, box
 def test_the_fastest_decay_is_that_of_all_gains(name):
     T, delay, gain, lag, law, box = FASTEST[name]
     plant = sos.DescriptorSystem([[1.0]], [[-1 / lag]], [[gain]])
-    design = sos.design_sampled(plant, law, T, delay)
+    design = sos.design_sampled(plant, law, T, delay, search=FEW)
     true = fastest(lag_loop(gain, lag, T, delay > 0), box, T)
     assert design.status == "feasible" and 0.96 * true < design.sigma < true
     known = (
         ("limit: an entry of K_I", "an entry of K_P is") if law.limits else ("asked",)
     )
     assert any(x in design.reason for x in known), design.reason
-    asked = sos.design_sampled(plant, law, T, delay, sigma=0.9 * design.sigma)
+    less = 0.9 * design.sigma
+    asked = sos.design_sampled(plant, law, T, delay, sigma=less, search=FEW)
     assert asked.status == "feasible"
 
 
 @pytest.mark.parametrize("m", [9.81, *campaign([0.3])])
 def test_the_fastest_mass_a_tick_late_has_three_equal_poles(m):
     T, law = 0.01, sos.PIDLaw(position=[[1]], velocity=[[1]])
-    design = sos.design_sampled(sos.SecondOrderSystem(m, 0, 0, 1), law, T, T)
+    cart = sos.SecondOrderSystem(m, 0, 0, 1)
+    design = sos.design_sampled(cart, law, T, T, search=FEW)
     true = np.log(1.5) / T
     assert 0.95 * true < design.sigma < true
     assert radius(cart_loop(m, T)(design.K[0])) < np.exp(-design.sigma * T)
@@ -281,7 +286,7 @@ def test_two_masses_in_odd_units_are_as_fast_as_any_gain_of_the_state_makes_them
         M, [[0.01, -0.01], [-0.01, 0.01]], [[20, -20], [-20, 20]], [[1], [0]]
     )
     law = sos.PIDLaw(position=np.eye(2), velocity=np.eye(2))
-    design = sos.design_sampled(plant, law, T, T)
+    design = sos.design_sampled(plant, law, T, T, search=FEW)
     back = np.linalg.inv(M)
     A = np.block([[np.zeros((2, 2)), np.eye(2)], [-back @ plant.S, -back @ plant.D]])
     B = np.vstack([np.zeros((2, 1)), back @ plant.B])
@@ -325,7 +330,8 @@ def test_the_fastest_drive_that_hardly_overshoots_is_that_of_all_gains(effort):
     """By a grid of all gains; my own loop keeps to what is asked."""
     plant, clock = sos.DescriptorSystem([[1.0]], [[-1.0]], [[500.0]]), 1e-3
     asked = StepLimits(overshoot=0.05, effort=effort)
-    design = sos.design_sampled(plant, PI, clock, clock, requirements=[asked])
+    more = dict(requirements=[asked], search=FEW)
+    design = sos.design_sampled(plant, PI, clock, clock, **more)
     assert design.status == "feasible" and "At its bound: overshoot" in design.reason
     assert ("fastest pole" in design.reason) == (effort is None)
     (step,) = design.kept
@@ -360,7 +366,8 @@ def test_masses_between_keep_a_norm_a_disk_and_a_step_in_odd_units():
         LMIRegion.disk(0.45, 0.52),
         StepLimits(settling_time=1.5, effort=4.0, size=0.3),
     ]
-    design = sos.design_sampled(masses, law, 0.05, 0.05, requirements=asked)
+    more = dict(requirements=asked, search=FEW)
+    design = sos.design_sampled(masses, law, 0.05, 0.05, **more)
     assert design.status == "feasible" and len(design.kept) == 3
     assert all(proof.verify() for proof in design.kept[:2])
     assert "norm" in design.words and "after a step of 0.3" in design.words

@@ -66,11 +66,10 @@ SMALL = (
     "regular mass",
     "no mass without input",
     "observer",
-    "sampled",
 )
 
 
-@pytest.mark.parametrize("name", by_turns(SMALL, 0))
+@pytest.mark.parametrize("name", [*by_turns(SMALL, 0), *campaign(["sampled"])])
 def test_floats_refuse_no_plant_of_a_file(name):
     """Of sizes and ranks that a request's input may not have; the checker has none."""
     whole = asked_by(proof_of(name))
@@ -98,9 +97,9 @@ def test_every_kind_of_file_is_spoiled():
 @pytest.mark.parametrize(
     "name, most",
     [
-        *((name, 50) for name in NEW),
-        pytest.param("little force for a slow pair", 50, marks=pytest.mark.slow),
-        *(pytest.param(name, 50, marks=pytest.mark.slow) for name in LONG),
+        *((name, 30) for name in NEW),
+        pytest.param("little force for a slow pair", 30, marks=pytest.mark.slow),
+        *(pytest.param(name, 30, marks=pytest.mark.slow) for name in LONG),
         *later(*((name, 100) for name in NEW), *((name, 1000) for name in LONG)),
     ],
 )
@@ -145,7 +144,7 @@ TEXTS = (
 
 
 @pytest.mark.parametrize("name", TEXTS)
-@pytest.mark.parametrize("most", [30, *campaign([60])])
+@pytest.mark.parametrize("most", [20, *campaign([60])])
 def test_no_text_says_what_isn_t_asked(name, most):
     """Lines, data, sets and unknowns of a text that were changed, digests mended."""
     whole = json.loads(proof_of(name).text)
