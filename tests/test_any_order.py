@@ -110,7 +110,7 @@ def strange(kind, seed):
 def test_strange_plants_are_excluded_no_more_than_little_noise_allows(kind):
     """Rational multipliers aren't found for each of them."""
     found = 0
-    for seed in range(4):
+    for seed in range(3):
         known, C_y = strange(kind, seed)
         little = best_of_any_order(known.vertices[0], C_y, 0.3, 1e-3)
         gamma, proof = bound(known, sos.DynamicLaw(1, C_y), 1.5 * little)
@@ -138,11 +138,18 @@ def test_no_controller_that_is_built_does_what_is_excluded(kind):
     assert found >= 2
 
 
-@pytest.mark.parametrize("kind", ["nothing moves", "twice the same", "another rate"])
-def test_a_file_whose_motions_are_none_proves_nothing(kind):
-    """A push of zero would exclude every controller, of every plant."""
+@pytest.fixture(scope="module")
+def excluded():
+    """A plant, and the proof of what no controller keeps of it."""
     known, C_y = plant(0)
     _, proof = bound(known, sos.DynamicLaw(1, C_y, noise=[[0, 0.5]]), 10.0)
+    return known, proof
+
+
+@pytest.mark.parametrize("kind", ["nothing moves", "twice the same", "another rate"])
+def test_a_file_whose_motions_are_none_proves_nothing(kind, excluded):
+    """A push of zero would exclude every controller, of every plant."""
+    known, proof = excluded
     data = proof.data
     motions = dict(data["sides"]["Y"])
     if kind == "twice the same":

@@ -120,10 +120,12 @@ def test_what_a_load_leaves_is_its_twist():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("J2, r", [(0.006, 60), *later((0.003, 0.5), (0.0045, 6))])
+@pytest.mark.parametrize(
+    "J2, r", [(0.006, 20), *later((0.006, 60), (0.003, 0.5), (0.0045, 6))]
+)
 def test_steps_do_not_run_away(J2, r):
     c = axis().set_point(ramp=6).limit(2.0, slew=200).watch(stall=20)
-    angle, torque = rubbed(Replay(c), J2, r, 14 if r > 10 else 4, lose=97)
+    angle, torque = rubbed(Replay(c), J2, r, 4 + r / 6, lose=97)
     assert abs(angle[-1] - r) < 0.05 and angle.max() < 1.2 * r
     assert abs(torque).max() < 2 and abs(np.diff(torque)).max() <= 0.2 * (1 + 1e-12)
 
@@ -198,10 +200,10 @@ def test_several_machines_side_by_side_are_each_alone():
 @pytest.mark.slow
 def test_friction_and_backlash_are_felt():
     c = axis().limit(2.0)
-    smooth, rough = (c.simulate(2, r=[0.5], friction=f) for f in (None, [0.03, 0.02]))
+    smooth, rough = (c.simulate(1.2, r=[0.5], friction=f) for f in (None, [0.03, 0.02]))
     assert np.ptp(smooth.x[:, -1, 1] - 0.5) < np.ptp(rough.x[:, :, 1]) < 1
     gap = Backlash(0, 1, 0.02)
-    loose = c.simulate(2, r=[0.5], backlash=gap)
+    loose = c.simulate(1.2, r=[0.5], backlash=gap)
     assert 1e-3 < abs(loose.x - smooth.x)[:, :, :2].max() < 0.05
     wide = c.simulate(0.3, x0=[0.0, 0.009, 0, 0], backlash=Backlash(0, 1, 1.0))
     assert wide.x[:, :, 1] == pytest.approx(0.009, abs=1e-3)  # nothing pulls the load
@@ -281,9 +283,9 @@ def test_a_cycle_of_friction_is_where_energy_balances():
     """Positive damping c against friction F: 4 F / pi a = c, an unstable cycle."""
     plant = sos.SecondOrderSystem([[1]], [[0]], [[0]], [[1]], coordinates=["q"])
     K = [[-100.0, 0.5]]
-    c = sos.analyse_pid(plant, K, region=sos.PoleRegion(0)).controller(T=3e-4)
+    c = sos.analyse_pid(plant, K, region=sos.PoleRegion(0)).controller(T=1e-3)
     (cycle,) = predicted_cycles(c, friction=[0.2])
-    held = 0.5 + 100 * 3e-4 / 2  # half a tick of age is a damping of its own
+    held = 0.5 + 100 * 1e-3 / 2  # half a tick of age is a damping of its own
     assert cycle.frequency == pytest.approx(10 / 2 / np.pi, rel=1e-2)
     assert cycle.amplitude == pytest.approx(4 * 0.2 / np.pi / held, rel=1e-2)
     assert "a cycle at 1.59 Hz" in str(cycle)
@@ -292,7 +294,7 @@ def test_a_cycle_of_friction_is_where_energy_balances():
         for share in (0.8, 1.2)
     ]
     first, last = np.array(
-        [[abs(x[:1700]).max(), abs(x[-1700:]).max()] for x in around]
+        [[abs(x[:500]).max(), abs(x[-500:]).max()] for x in around]
     ).T
     assert last[0] < 0.97 * first[0] and last[1] > 1.03 * first[1]
 

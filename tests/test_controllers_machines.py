@@ -124,11 +124,12 @@ def geared():
     return sos.analyse_pid(loads, gains, law=law).controller(T=1e-3, delay=1e-3)
 
 
-def rattled(c, gap, J2, seconds=5.0):
-    """(motor, load, u) of a program on a drive whose shaft has a ``gap``: within it its
-    spring does nothing.
+def rattled(c, gaps, J2, seconds=5.0):
+    """(motor, load, u) of a program on drives whose shafts have ``gaps``: within one
+    its spring does nothing.
     """
-    program, x, u, seen = CompiledCode(c), np.zeros(4), 0.0, []
+    gap, many = np.array(gaps), len(gaps)
+    program, x, u, seen = CompiledCode(c, runs=many), np.zeros((4, many)), 0.0, []
 
     def rate(x):
         twist = x[0] - x[1]
@@ -136,9 +137,9 @@ def rattled(c, gap, J2, seconds=5.0):
         pull += D_SHAFT * (x[2] - x[3])
         return np.array([x[2], x[3], (u - pull) / MOTOR, pull / J2])
 
-    program.start([[x[1]], [x[2]]])
+    program.start(x[1:3])
     for _ in range(round(seconds / c.T)):
-        new = float(program.step([[x[1]], [x[2]]], [[1.0]])[0, 0])
+        new = program.step(x[1:3], [1.0])[0].copy()
         seen.append((x[0], x[1], new))
         for _ in range(3):
             h = c.T / 3
@@ -147,7 +148,7 @@ def rattled(c, gap, J2, seconds=5.0):
             k3 = rate(x + h / 2 * k2)
             x = x + h / 6 * (k1 + 2 * k2 + 2 * k3 + rate(x + h * k3))
         u = new
-    return np.array(seen).T
+    return np.array(seen).transpose(1, 2, 0)
 
 
 @compiled
@@ -155,7 +156,7 @@ def test_play_keeps_a_proven_drive_swinging_and_the_header_says_so():
     """Within its gap nothing holds the load that is followed: the integral hunts."""
     c, gap = geared(), 0.02
     assert c.certify().proven
-    tight, loose = (rattled(c, width, 0.006)[1][-2000:] for width in (0.0, gap))
+    tight, loose = rattled(c, (0.0, gap), 0.006)[1][:, -2000:]
     assert abs(tight[-1000:] - 1).max() < 1e-3
     assert np.ptp(loose) > gap and abs(loose - 1).max() < 2 * gap
     play = Backlash(0, 1, gap)

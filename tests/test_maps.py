@@ -197,7 +197,7 @@ def test_a_frontier_is_a_monotone_staircase(force):
 
 @pytest.mark.slow
 def test_each_entry_is_the_edge_found_alone(force, robot):
-    for gamma, edge in zip(force.values, force.edges):
+    for gamma, edge in [*zip(force.values, force.edges)][::2]:
         asked = robot.requirements | dict(gamma=sos.HInfinity(gamma, mu=1.0))
         alone = maps.edge("u_max", robot.plant, **asked, digits=2)
         assert alone.feasible == edge.feasible
@@ -207,8 +207,8 @@ def test_each_entry_is_the_edge_found_alone(force, robot):
 @pytest.mark.slow
 def test_status_is_what_the_proofs_say(force, robot):
     seen = set()
-    for gamma in (0.5, 0.7, 1.0, 1.5, 3.0):
-        for u_max in (30, 60, 90, 130, 400):
+    for gamma in (0.5, 0.7, 1.5):
+        for u_max in (30, 60, 130, 400):
             status = force.status(gamma, u_max)
             seen.add(status)
             fresh = sos.design_pid(
@@ -453,7 +453,7 @@ def test_with_either_coupling_an_edge_has_the_better_one():
 def specifications(robot):
     return [
         robot.requirements | dict(gamma=sos.HInfinity(g, mu=1.0))
-        for g in (1.0, 1.05, 1.1, 0.2, 1.15, 1.2)
+        for g in (1.0, 1.05, 0.2, 1.15)
     ]
 
 
