@@ -2,6 +2,7 @@
 
 import ast
 from collections import Counter
+from functools import cache
 from pathlib import Path
 
 import sosbook
@@ -22,10 +23,25 @@ RECORDS = {
 }
 
 
+@cache
+def parsed():
+    """Each module of the package."""
+    return [ast.parse(x.read_text("utf8")) for x in sorted(ROOT.rglob("*.py"))]
+
+
+def statements(node):
+    """Those of a module, a class or a function, and those within them."""
+    for name in ("body", "orelse", "finalbody", "handlers"):
+        for one in getattr(node, name, ()):
+            yield one
+            yield from statements(one)
+
+
 def arguments(node):
     """(name, count) of each public function of a module, and of dataclasses."""
     for one in node.body:
-        if one.name.startswith("_"):
+        kinds = ast.FunctionDef, ast.ClassDef
+        if not isinstance(one, kinds) or one.name.startswith("_"):
             continue
         if isinstance(one, ast.ClassDef):
             fields = [x for x in one.body if isinstance(x, ast.AnnAssign)]
@@ -39,10 +55,7 @@ def arguments(node):
 
 def test_no_public_function_has_more_arguments_than_a_reader_keeps_in_mind():
     found = {}
-    for path in ROOT.rglob("*.py"):
-        tree = ast.parse(path.read_text("utf8"))
-        kinds = ast.FunctionDef, ast.ClassDef
-        tree.body = [x for x in tree.body if isinstance(x, kinds)]
+    for tree in parsed():
         for name, count in arguments(tree):
             found[name] = max(found.get(name, 0), count)
     many = {name: count for name, count in found.items() if count > ARGUMENTS}
@@ -52,8 +65,8 @@ def test_no_public_function_has_more_arguments_than_a_reader_keeps_in_mind():
 def classes():
     """(lines, names of bases) of each class of the package, by name, the longest."""
     found = {}
-    for path in sorted(ROOT.rglob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text("utf8"))):
+    for tree in parsed():
+        for node in statements(tree):
             if isinstance(node, ast.ClassDef):
                 bases = [ast.unparse(base).split(".")[-1] for base in node.bases]
                 one = node.end_lineno - node.lineno + 1, bases
