@@ -12,6 +12,7 @@ from sosbook.exact.proof import Unproven
 from sosbook.runtime.time_limit import OutOfTime
 from sosbook.synthesis import known_gain
 from sosbook.synthesis.ranges import family
+from tests.cases import campaign
 from tests.test_multipliers import softening
 
 X0 = [0.1, 0.1, 0, 0]
@@ -181,7 +182,7 @@ def looks(monkeypatch):
     return looks
 
 
-@pytest.mark.parametrize("x0", [X0, [0.1, 0, 0, 0]])
+@pytest.mark.parametrize("x0", [[0.1, 0, 0, 0], *campaign([X0])])
 def test_a_bound_that_a_plant_alone_does_not_prove_is_left_soon(looks, x0):
     """Lemma 2.2 isn't sharp at plants between the ends: no part with one is proven."""
     K, peak = [[-8.56, 6.008, -0.369, -0.22]], sos.Saturation(9.0, x0)

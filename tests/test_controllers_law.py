@@ -230,17 +230,22 @@ def test_c_is_python_bit_for_bit(gcc, precision):
     same(rough().controller(T=0.03, delay=0.05).watch(lost=3), precision, FLAGS)
 
 
+def each_part_says_who_holds_its_proof(page):
+    told = "no file holds|file sha256|no proof has them|in floats|at all corners"
+    for part in re.split("<h[23]>", page)[1:]:
+        claims = re.search("<(li|p|pre)>.*(at most|proven)", part, re.DOTALL)
+        assert not claims or re.search(told, part), part[:400]
+
+
 @pytest.mark.slow
 @pytest.mark.usefixtures("without_bounds")
-def test_report_and_header_say_what_is_proven_of_which_law(tmp_path):
+def test_report_and_header_say_what_is_proven_of_which_law(tmp_path, monkeypatch):
+    monkeypatch.setattr("sosbook.controllers.report.FOR_MARGINS", 1e-3)
     c = axis().limit(2.0)
     path = arm().report(tmp_path, controller=c)
     page = path.read_text("utf-8")
     assert "integral of motor" in page and page.count("over time in s") >= 6
-    told = "no file holds|file sha256|no proof has them|in floats|at all corners"
-    for part in re.split("<h[23]>", page)[1:]:  # each says who holds its proof
-        claims = re.search("<(li|p|pre)>.*(at most|proven)", part, re.DOTALL)
-        assert not claims or re.search(told, part), part[:400]
+    each_part_says_who_holds_its_proof(page)
     gains = (tmp_path / "axis" / "axis_gains.h").read_text("utf-8")
     text = " ".join(gains.split("#ifndef")[0].replace("*", "").split())
     assert float(re.search(r"steps up to (\S+) rad from rest settle", text)[1]) > 0.2
@@ -355,6 +360,7 @@ def test_the_page_stands_alone_and_says_what_is_known(tmp_path):
     assert len(motions) == 6 and sum(x.count("<polyline") for x in motions) == 12
     for words in ("Margins of the sampled", "gain, times: from", "over frequency in"):
         assert words in page
+    each_part_says_who_holds_its_proof(page)
     assert f"{c.gain.K[0, 0]:.6g}" in page and "arm_step(" in page
     proof = (tmp_path / "arm" / "proof_arm_sampled.json").read_bytes()
     assert digest(proof) in page

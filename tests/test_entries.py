@@ -29,7 +29,7 @@ def norm(P, D):
 def test_a_searched_gain_is_in_its_range_and_as_good_as_there_is(P, D):
     most = dict(K_P=300, K_D=1)
     d = sos.design_pid(
-        LIGHT, law=law(P, D, limits=most), minimize="gamma", search=sos.Search(starts=6)
+        LIGHT, law=law(P, D, limits=most), minimize="gamma", search=sos.Search(starts=3)
     )
     ends = [
         np.clip([-m if low is None else low, m if high is None else high], -m, m)

@@ -79,4 +79,4 @@ def test_both_ways_of_verify_say_the_same_without_the_authors_module(
     assert done.returncode == AUTHOR and "by their author's word alone" in done.stdout
     text = recipe["proof"].text.replace("lmi, falling", "lmy, falling")
     (tmp_path / "falling.json").write_text(text, "utf-8")
-    assert process(*words, *options).returncode == 2
+    assert program(["verify", str(tmp_path / "falling.json"), *options]) == 2

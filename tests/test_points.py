@@ -92,8 +92,8 @@ def test_an_h_infinity_bound_by_a_riccati_equation(share, zero):
 
 
 def test_least_cost_and_observer_of_a_large_plant_are_proven():
-    plant = structure(n=22)
-    N, (A, B) = 2 * plant.n, by_hand(structure(n=22))
+    plant = structure(n=16)
+    N, (A, B) = 2 * plant.n, by_hand(plant)
     design = sos.design_lqr(plant, np.eye(N), np.eye(plant.m))
     K, X, _ = control.lqr(A, B, np.eye(N), np.eye(plant.m))
     assert np.allclose(design.K, -K, rtol=1e-6, atol=1e-6 * np.abs(K).max())

@@ -82,7 +82,7 @@ def test_sums_of_a_clock_that_jitters_stay_below():
     ])  # fmt: skip
     whole[:n, n : 2 * n] = np.eye(n)
     worst = 0.0
-    for turn in np.linspace(0.1, 2.2, 40):
+    for turn in np.linspace(0.1, 2.2, 15):
         x, own, acting, sums = np.zeros(4), np.zeros(c.order), 0.0, np.zeros(2)
         for k in range(300):
             w = np.sin(turn * k)

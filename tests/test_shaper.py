@@ -6,6 +6,7 @@ from scipy.optimize import linprog
 
 import sosbook as sos
 from sosbook import InputShaper
+from tests.cases import seeds
 
 G = 9.81
 RNG = np.random.default_rng(7)
@@ -74,7 +75,7 @@ def test_the_published_insensitivity(make, width):
     assert shaper.residual((low - 1e-3, high + 1e-3)).seen > 0.05
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", seeds(6))
 def test_the_bound_holds_and_is_sharp(seed):
     """Of any impulses, negative ones too, on any range."""
     rng = np.random.default_rng(seed)
