@@ -12,7 +12,7 @@ from sosbook.book.reproduction.region_of_attraction import region_of_attraction
 from sosbook.exact.definite import exact, pivots
 from sosbook.plants.descriptor import descriptors
 from sosbook.synthesis.scaling import Frame, in_unknowns_of
-from tests.cases import seeds
+from tests.cases import campaign
 from tests.random_plants import Units
 
 EX = thesis.example_4()
@@ -96,7 +96,7 @@ def stiff_and_free(seed):
     return plant, np.append(row, np.zeros(3)), np.append(start, np.zeros(3))
 
 
-@pytest.mark.parametrize("seed", seeds(4))
+@pytest.mark.parametrize("seed", [1, *campaign([0, 2, 3])])
 def test_rates_far_apart_in_any_units(seed):
     """Coordinates so skew that six digits of their inverse are none."""
     plant, row, start = stiff_and_free(seed)

@@ -120,7 +120,7 @@ def test_a_refutation_can_be_sent_to_another_process():
     assert back.part == found.part
 
 
-@pytest.mark.parametrize("method", ["functional", "shift"])
+@pytest.mark.parametrize("method", ["functional", *campaign(["shift"])])
 def test_one_vertex_alone_refuses_a_family(method):
     """The multipliers of the other loops are zero, and the checker decides the file."""
     family = polytope(Mip.printed(), 0.04)

@@ -89,7 +89,7 @@ def low_rank(seed):
     return C, rng
 
 
-@pytest.mark.parametrize("seed", [*range(15), *campaign(range(15, 225))])
+@pytest.mark.parametrize("seed", [*range(8), *campaign(range(8, 225))])
 def test_weights_of_outputs_are_read_alike(seed):
     C, _ = low_rank(seed)
     given = C.T @ C

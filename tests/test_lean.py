@@ -14,7 +14,7 @@ import pytest
 import sosbook
 from sosbook.runtime.libraries import EXTRAS
 from tasks import interpreter
-from tests.processes import process
+from tests.processes import compiled, process
 
 ROOT = Path(__file__).resolve().parent.parent
 CORE = ("numpy", "scipy", "python-flint")
@@ -72,6 +72,7 @@ def environment(folder, wheels):
     for wheel in wheels:  # as pip does, but for a second of its own
         with zipfile.ZipFile(wheel) as archive:
             archive.extractall(site.strip())
+    compiled(Path(site.strip(), "sosbook"), ROOT / "sosbook", beside=True)
     return python
 
 

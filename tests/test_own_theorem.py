@@ -228,22 +228,22 @@ def test_too_much_is_no_proof_that_there_is_none(tab):
     assert "floating point" in found["said"]
 
 
-@pytest.mark.parametrize(
-    "line, words",
-    [
-        ("energy: [-he(Theta), W; ., 1", "a block matrix doesn't end"),
-        ("energy: [-he(Theta), V; ., 1] > 0", "V isn't known"),
-        ("Theta = -EPE", "a line is a name, a colon, a matrix and > 0"),
-        ("for i, j in pairs:", ""),
-        ("energy: Theta > 0", "energy isn't symmetric"),
-        ("energy: [EPE, W; W, 1] > 0", "blocks that don't fit"),
-        ("energy: he(P Theta) > 0", "a product of two unknowns"),
-        ("energy: EPE > 1", "a line is a name, a colon, a matrix and > 0"),
-        (PEAK, "peak comes twice"),
-    ],
-)
-def test_what_is_wrong_with_a_line_is_said(tab, line, words):
-    found = typed(tab, line, PEAK)
-    assert found["status"] == "fault" and found["wrong"]
-    assert words in found["wrong"]
+WRONG = {
+    "energy: [-he(Theta), W; ., 1": "a block matrix doesn't end",
+    "energy: [-he(Theta), V; ., 1] > 0": "V isn't known",
+    "Theta = -EPE": "a line is a name, a colon, a matrix and > 0",
+    "for i, j in pairs:": "",
+    "energy: Theta > 0": "energy isn't symmetric",
+    "energy: [EPE, W; W, 1] > 0": "blocks that don't fit",
+    "energy: he(P Theta) > 0": "a product of two unknowns",
+    "energy: EPE > 1": "a line is a name, a colon, a matrix and > 0",
+    PEAK: "peak comes twice",
+}
+
+
+def test_what_is_wrong_with_a_line_is_said(tab):
+    for line, words in WRONG.items():
+        found = typed(tab, line, PEAK)
+        assert found["status"] == "fault" and found["wrong"], line
+        assert words in found["wrong"], line
     assert typed(tab, ENERGY, PEAK)["status"] == "feasible"

@@ -17,7 +17,7 @@ from sosbook.exact.checker import verdict
 from sosbook.synthesis.regularization import prove_regular, regularize
 from tests.random_plants import ODD
 
-few = settings(max_examples=25, derandomize=True, deadline=None)
+few = settings(max_examples=12, derandomize=True, deadline=None)
 seeds = st.integers(0, 10**6)
 I2 = np.eye(2)
 

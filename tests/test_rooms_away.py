@@ -13,7 +13,7 @@ import scipy
 
 import sosbook as sos
 from tests.cases import campaign
-from tests.processes import process
+from tests.processes import compiled, process
 from tests.test_rooms import OPTIONAL
 
 PACKAGE = Path(sos.__file__).parent
@@ -121,6 +121,7 @@ def copied(folder, without):
             x for x in names if x == "__pycache__" or Path(place, x) in gone
         ],
     )
+    compiled(folder / "sosbook", PACKAGE)
     return folder
 
 

@@ -20,7 +20,7 @@ from tests.cases import campaign, random_plant, random_request, seeds
 from tests.processes import alone
 from tests.random_plants import float_blocks, scaled
 
-few, many = (settings(max_examples=n, derandomize=True, deadline=None) for n in (6, 60))
+few, many = (settings(max_examples=n, derandomize=True, deadline=None) for n in (4, 60))
 numbers = st.integers(0, 10**6)
 
 
