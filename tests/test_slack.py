@@ -336,3 +336,37 @@ def test_the_vertices_that_refuse_one_scalar_are_asked_for_the_next(monkeypatch)
     first = sos.design_pid(family, **asked)
     assert first.status == "infeasible" and "P for each vertex" in first.reason
     assert 1 <= looked.count(None) < len(slack_search.STEPS) / 2
+
+
+@pytest.mark.parametrize("bound, status", [(2, "infeasible"), (3, "feasible")])
+def test_a_least_bound_refuses_no_scalar_that_a_vertex_refuses(
+    bound, status, monkeypatch
+):
+    """A scalar without a point needs no proof, which took thrice as long."""
+
+    def car(m):
+        D, S = [[1, -1], [-1, 1]], [[20, -20], [-20, 200]]
+        M, B, F = np.diag([m, 0.04]), [[1], [-1]], [[0], [180]]
+        return sos.SecondOrderSystem(M, D, S, B, F)
+
+    ends = [car(m) for m in (0.25, 0.4)]
+    refused, find = [], slack_search.ScaledLMIs.find
+
+    def counted(lmis, refuse=True, *start):
+        first, slack = find(lmis, refuse, *start), lmis.request.coupling.slack
+        refused.append(refuse and slack is not None and first.values is None)
+        return first
+
+    monkeypatch.setattr(slack_search.ScaledLMIs, "find", counted)
+    push, stroke = sos.Output(input=1), sos.Output(position=[[1, -1]])
+    asked = dict(
+        minimize="softness",
+        requirements=[
+            sos.HInfinity(outputs=sos.Output(acceleration=[[1, 0]]), name="softness"),
+            sos.HInfinity(bound, outputs=stroke, name="stroke"),
+            sos.HInfinity(60, outputs=push, name="push"),
+        ],
+    )
+    design = sos.design_pid(sos.Polytope(ends), coupling="slack", **asked)
+    assert design.status == status
+    assert refused and not any(refused)

@@ -161,7 +161,7 @@ def _least(request, relaxed, seconds):
     key, objective = r.parameter.key, {r.parameter.key: 1.0}
 
     def work():
-        settled = with_slack(request, objective)
+        settled = with_slack(request, objective, refuse=True)
         if settled is None:
             return Solution(request, "undecided")
         return at_optimum(settled, objective, NEXT_BACKOFF)

@@ -85,18 +85,19 @@ def _cause_named(solution):
     return replace(solution, reason=reason)
 
 
-def search(request, free=(), whole=False, pairs=None):
+def search(request, free=(), whole=False, pairs=None, refuse=True):
     """The LMISolution of any point of a ``request``, in up to four frames, its problem
     the `ScaledLMIs` where it was found, or where the refusal reaches furthest. Numbers
-    stand in for the bounds of the ``free`` requirements; ``whole`` is as for `find`,
-    and the other vertices than those of ``pairs`` are left out, if these are given.
+    stand in for the bounds of the ``free`` requirements; ``whole`` and ``refuse`` are
+    as for `find`, and the other vertices than those of ``pairs`` are left out, if these
+    are given.
     """
     names = tuple(r.parameter.key for r in free)
     frame, tried = Frame.of(request, names), []
     for _ in range(4):
         check_time()
         lmis = ScaledLMIs(request, frame, free, pairs=pairs)
-        first = find(lmis, whole=whole)
+        first = find(lmis, refuse=refuse, whole=whole)
         if first.values is not None:
             return first
         tried.append(first)

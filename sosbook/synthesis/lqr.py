@@ -155,7 +155,7 @@ def _least(request, name):
     idle = without_input(request, objective)
     if idle is not None:
         return idle
-    settled, attained = with_slack(request, objective), True
+    settled, attained = with_slack(request, objective, refuse=True), True
     if settled is None:
         return without_slack(request, objective)
     request = settled

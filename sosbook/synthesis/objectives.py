@@ -116,12 +116,13 @@ def _near(best, request, bounds):
     return answer(request)  # the optimum lies too close to the boundary
 
 
-def optimum(request, objective, gap):
+def optimum(request, objective, gap, refuse=True):
     """The bounds by parameter's name of the least weighted sum of levels (see
     `Parameter`), and the point; None and the lack of a point where there is none with
     any bounds. The ``objective`` has weights by name, numbers stand in for its bounds
-    in the ``request``, and ``gap`` is the sum's relative accuracy. Raises Unattained or
-    Unfinished where no minimum is found, or not in time; they hold a point.
+    in the ``request``, ``gap`` is the sum's relative accuracy, and ``refuse`` is as for
+    `find`. Raises Unattained or Unfinished where no minimum is found, or not in time;
+    they hold a point.
 
     A level times an unknown size isn't affine. The requirement whose level is minimised
     therefore leads (`Sizes.leader`): its P is the unknown P, and one semidefinite
@@ -130,7 +131,7 @@ def optimum(request, objective, gap):
     """
     probe = request.with_bounds(dict.fromkeys(objective, 1.0))
     free = tuple(probe.owner(name) for name in objective)
-    first = search(probe, free)
+    first = search(probe, free, refuse=refuse)
     if first.values is None:
         return None, first
     followers = probe.sizes.followers(probe.sizes.leader(objective))

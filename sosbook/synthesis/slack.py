@@ -60,10 +60,11 @@ GAP = 1e-3  # relative accuracy of the optima that are compared
 CLEARLY = 0.002  # a fraction by which another scalar has to be better
 
 
-def with_slack(request, objective=None):
+def with_slack(request, objective=None, refuse=False):
     """The ``request`` with a slack scalar where it needs one; None if none is found.
     With an ``objective``, as in `optimum`, a scalar is only tried to the end if some
-    point has bounds clearly below the best ones so far.
+    point has bounds clearly below the best ones so far. To ``refuse`` the others as
+    well takes thrice as long, and may come upon a point where looking finds none.
     """
     if not request.coupling.open:
         return request
@@ -75,7 +76,7 @@ def with_slack(request, objective=None):
         for place, trial in enumerate(_trials(request)):
             if best.request is not None and place >= len(STEPS):
                 break  # another rate, if one is needed
-            best.look_at(trial)
+            best.look_at(trial, refuse)
         for ratio in FINER if best.request is not None else ():
             for step in (ratio, 1 / ratio):
                 slack = best.request.coupling.slack * step
@@ -93,13 +94,16 @@ class _Best:
         self.objective = objective
         self.request = self.bounds = self.sum = None
 
-    def look_at(self, trial):
-        """Take a request, if some point has bounds clearly below the best ones."""
+    def look_at(self, trial, refuse=False):
+        """Take a request, if some point has bounds clearly below the best ones.
+
+        ``refuse`` is as for `find`.
+        """
         check_time()
         if self.bounds is not None and not _lower(trial, self.bounds):
             return
         try:
-            bounds = optimum(trial, self.objective, GAP)[0]
+            bounds = optimum(trial, self.objective, GAP, refuse)[0]
         except Unattained as missed:
             bounds = missed.bounds
         if bounds is None:
@@ -200,6 +204,11 @@ def designed(request, objective, backoff, start, prefer, vertices=True):
     settled, first = request, None
     if objective:
         settled = with_slack(request, objective)
+        if settled is None:  # a vertex alone is sooner refused than every scalar
+            refused = without_slack(request, objective, vertices)
+            if refused.status == "infeasible":
+                return refused
+            settled = with_slack(request, objective, refuse=True)
     elif request.coupling.open:
         first = point_with_slack(request)
         settled = first and first.problem.request
