@@ -16,7 +16,7 @@ import sosbook as sos
 from sosbook.controllers import Code, CompiledCode, code_fault
 from sosbook.controllers.compiler import FLAGS
 from sosbook.controllers.facts import bounded
-from sosbook.controllers.report import CHROMIUMS
+from sosbook.controllers.report import CHROMIUMS, report_texts
 from sosbook.runtime.digests import digest
 from tests.axis import UNITS, T, drive
 from tests.axis import axis as full
@@ -255,6 +255,23 @@ def test_report_and_header_say_what_is_proven_of_which_law(tmp_path, monkeypatch
     assert code_fault(c.certify().data, gains) == ""
     (_, proven), *_ = rough().controller(T=0.03).to_c().facts
     assert "(z1 - 0.5 z2)" in proven[-1]
+
+
+@pytest.mark.usefixtures("without_bounds")
+def test_a_header_and_its_page_show_one_simulation(monkeypatch):
+    """Of a step, where no sample is lost; it was made twice."""
+    monkeypatch.setattr("sosbook.controllers.report.FOR_MARGINS", 1e-3)
+    c, asked = held().controller(T=0.01), []
+    simulate = type(c).simulate
+
+    def noted(c, *words, **more):
+        asked.append(str((words, more)))
+        return simulate(c, *words, **more)
+
+    monkeypatch.setattr(type(c), "simulate", noted)
+    texts = report_texts(held(), c)
+    assert len({*asked}) == len(asked) > 0
+    assert "over time in s" in texts["index.html"]
 
 
 def test_what_the_law_has_decided_is_named():

@@ -183,18 +183,15 @@ def simulated(c, trials):
     """The step of each of ``trials`` at all corners; if c bridges lost samples, one in
     97 is lost.
     """
-    lose, lost = None, "none is lost here, as the first is a fault: see watch(lost=)"
+    lost, loses = "none is lost here, as the first is a fault: see watch(lost=)", False
     if c.faults.ticks(c.T)["lost"]:
-        lose = _lost
-        lost = f"one of {LOSE_EVERY} is lost here"
+        lost, loses = f"one of {LOSE_EVERY} is lost here", True
     lines = [
         "slew, faults, lost samples, limits beyond what is bounded above: no proof has "
         f"them; of the samples {lost}"
     ]
     for j, (signal, trial) in enumerate(zip(c.set_points, trials)):
-        r = trial.size * np.eye(len(c.set_points))[j]
-        seconds = span(c, size=trial.size)
-        run = c.simulate(seconds, r=r, lose=lose)
+        run = step_run(c, j, trial.size, loses)
         most = abs(run.u).max(axis=(0, 1))
         words = ", ".join(f"{x:.4g} {s.unit}".strip() for x, s in zip(most, c.outputs))
         how, over = ended(c, run, j, trial.size), ""
@@ -209,6 +206,16 @@ def simulated(c, trials):
         "which no proof here covers: simulate(friction=, backlash=) shows it for yours"
     )
     return lines
+
+
+@lru_cache(maxsize=4)
+def step_run(c, j, size, loses):
+    """The `Run` of a step of set point j of a controller c, which a program's header
+    and its report both show; ``loses``: whether it loses a sample now and then.
+    """
+    more = {"lose": _lost} if loses else {}
+    r = size * np.eye(len(c.set_points))[j]
+    return c.simulate(span(c, size=size), r=r, **more)
 
 
 def _lost(tick):

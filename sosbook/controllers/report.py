@@ -14,7 +14,7 @@ from ..plants.gain import signals
 from ..runtime.writing import write_texts
 from .charts import STYLE as OF_CHARTS
 from .charts import chart, key
-from .facts import ALONE, ended, span, stepped
+from .facts import ALONE, ended, span, step_run, stepped
 from .signals import signals_of
 from .trial import kept, loads_of
 
@@ -109,8 +109,7 @@ def _page(design, c, code):
     if c.set_points or c.vertices[0].Bw.size:
         parts += ["<p>The lines of the charts below:</p>", key(_corners(c))]
     for j, (signal, trial) in enumerate(zip(c.set_points, code.trials)):
-        r = trial.size * np.eye(len(c.set_points))[j]
-        run = c.simulate(span(c, size=trial.size), r=r)
+        run = step_run(c, j, trial.size, False)
         parts += _charts(c, run, "A" + stepped(trial, signal)[1:], j, trial.size)
     for j, load in enumerate(loads_of(c)):
         w = load.size * np.eye(c.vertices[0].Bw.shape[1])[j]
