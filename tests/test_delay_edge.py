@@ -278,6 +278,24 @@ def test_a_bar_shows_the_seconds(monkeypatch):
     assert sum(moved) > 3 and set(moved) <= {1, 2}
 
 
+def test_a_value_alone_asks_for_no_centre(monkeypatch):
+    """A seventh of a search that is read for its number."""
+
+    def never(*_):
+        raise AssertionError("a centre is looked for")
+
+    with monkeypatch.context() as patched:
+        search = sys.modules["sosbook.delay.largest"]
+        patched.setattr(search, "centred_design", never)
+        found = largest("tau", SCALAR, tau=1, refuse=False)
+        assert found.found.status == "feasible" and str(found.value) in repr(found)
+    copy = pickle.loads(pickle.dumps(found))
+    for each in (found, copy):
+        assert each.design is each.design and each.design.certify().proven
+        assert each.design.request.tau == found.value
+    assert sos.delay.Largest("tau", beyond=0.1, refused=found.refused).design is None
+
+
 def test_the_largest_value_comes_with_the_centre():
     """The search stops at any point inside; the answer is the centre."""
     loop = DelayedLoop([[-2, 0], [0, -0.9]], [[-1, 0], [-1, -1]])

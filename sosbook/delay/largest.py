@@ -1,6 +1,7 @@
 """How far a delay or a decay rate can be pushed with a certificate."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -32,8 +33,8 @@ class Largest:
     beyond : float or None
         The next round number, which wasn't found to have one; None where
         the parameter's own limit was reached (mu = tau).
-    design : DelayDesign or None
-        At ``value``.
+    found : DelayDesign or None
+        Some design at ``value``, as the search came upon it.
     refused : DelayDesign or None
         At ``beyond``: "infeasible" where it is proven exactly that there is no
         certificate, "undecided" where the search gave up; then its ``reason`` says why.
@@ -42,8 +43,13 @@ class Largest:
     name: str
     value: float | None = None
     beyond: float | None = None
-    design: DelayDesign | None = None
+    found: DelayDesign | None = None
     refused: DelayDesign | None = None
+
+    @cached_property
+    def design(self):
+        """The centred `DelayDesign` at ``value``, computed when it is read, or None."""
+        return None if self.found is None else centred_design(self.found)
 
     @property
     def proven(self):
@@ -155,26 +161,22 @@ class _Search:
 
     def run(self, refuse):
         """The `Largest`; what is known where the time is over."""
-        design = None
         try:
             with limited(self.seconds):
                 low, high = self._bracket()
-                if low is not None:
-                    design = centred_design(self._at(low, self.place))
                 refused = None if high is None else self._refused(high, refuse)
         except OutOfTime:
             if self.seconds is None:  # somebody else's limit
                 raise
             low, high = self._known()
-            if design is None and low is not None:
-                design = self._at(low, self.place)
             refused = DelayDesign(
                 self._request(high),
                 "undecided",
                 self.given.gain,
                 reason=f"stopped after {self.seconds:g} s",
             )
-        return Largest(self.name, low, high, design, refused)
+        found = None if low is None else self._at(low, self.place)
+        return Largest(self.name, low, high, found, refused)
 
     def _known(self):
         """The largest feasible value so far, and the next one to look at."""
