@@ -206,7 +206,7 @@ def test_short_samples_give_the_continuous_gain():
         assert errors[1] == pytest.approx(errors[0] / 10, rel=0.1)
 
 
-@settings(max_examples=25, deadline=None, derandomize=True)
+@settings(max_examples=12, deadline=None, derandomize=True)
 @given(
     seed=st.integers(0, 10**6),
     n=st.integers(1, 2),
@@ -334,7 +334,7 @@ def ratios(found, plant, K, T, delay, U=None, count=40, seed=0):
     return np.sqrt(max(worst))
 
 
-@pytest.mark.parametrize("delay", [0, 0.004, *campaign([0.01])])
+@pytest.mark.parametrize("delay", [0.004, *campaign([0, 0.01])])
 def test_pendulum_polytope_is_proven_and_its_lyapunov_functions_hold(delay):
     family = polytope(Mip.printed())
     found = certify_sampled(family, ROBUST, 0.01, delay, U)
