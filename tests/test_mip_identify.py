@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import scipy.signal
 
-from sosbook.pendulum import Mip
-from sosbook.pendulum.experiments import chirp
+from sosbook.pendulum import Mip, log_fits
+from sosbook.pendulum.experiments import chirp, motion, motion_slopes
 from sosbook.pendulum.fit import output_error
 from sosbook.pendulum.identify import fit_body, fit_wheel, identify, speed
 from sosbook.pendulum.log import Log
@@ -246,3 +246,46 @@ def test_a_fit_that_the_log_cannot_tell_apart():
     ones = np.ones(10)
     with pytest.raises(ValueError, match="doesn't determine first, second"):
         output_error(lambda x, y: (x + y) * ones, ones, {"first": 1.0, "second": 2.0})
+
+
+@pytest.mark.parametrize(
+    "at, steps, stick",
+    [
+        ((-40.0, 3.0, 60.0, 0.3), 4, 0.1),
+        ((200.0, 30.0, 0.0, 0.2), 4, 0.05),
+        ((12.0, 0.2, 9.81, 0.0), 1, 0.5),
+    ],
+    ids=["body", "wheels", "light"],
+)
+def test_the_slopes_of_a_motion_are_those_of_moved_numbers(at, steps, stick):
+    """Uneven samples, in central differences of whole motions; lightly damped, too."""
+    rng, (_, V) = np.random.default_rng(0), chirp(0.3, 8, 5)
+    spans = 0.01 * (1 + 0.3 * rng.random(len(V)))
+
+    def moved(at):
+        return np.array(motion(*at[:3], V, spans, at[3], steps, stick))
+
+    given = *moved(at), *at[:3], V, spans, at[3], steps, stick
+    for k, found in enumerate(np.array(motion_slopes(*given)).transpose(2, 0, 1)):
+        by = 1e-5 * (abs(at[k]) or 1) * np.eye(4)[k]
+        true = (moved(at + by) - moved(at - by)) / (2 * by[k])
+        if at[k]:  # friction has a corner at zero
+            assert abs(found - true).max() < 2e-4 * abs(true).max()
+
+
+def test_a_fit_by_slopes_is_that_by_differences(monkeypatch):
+    """Of the body and the wheels, with friction."""
+    body, wheels = shipped("body"), shipped("wheels")
+
+    def fits():
+        return fit_body(body, friction=True), fit_wheel(wheels, friction=True)
+
+    def by_differences(*args, slopes=None, **how):
+        return output_error(*args, **how)
+
+    found = fits()
+    monkeypatch.setattr(log_fits, "output_error", by_differences)
+    for one, other in zip(found, fits()):
+        assert (abs(one.values - other.values) < 1e-3 * other.sd).all()
+        assert one.rms == pytest.approx(other.rms, rel=1e-9)
+        assert one.sd == pytest.approx(other.sd, rel=1e-4)

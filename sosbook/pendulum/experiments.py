@@ -7,12 +7,14 @@ lies still (4.21). The second is the first without gravity.
 from math import sin, tanh
 
 import numpy as np
+from scipy.linalg import solve_banded
 
 from ..plants.checks import finite, positive
 
-__all__ = ["chirp", "motion"]
+__all__ = ["chirp", "motion", "motion_slopes"]
 
 STICTION_SPEED = 0.5  # rad/s, below which Coulomb friction fades: smooth, not stiff
+NEAR = 1e-7  # of a number, for its differences: eight digits of a slope are right
 
 
 def chirp(first, last, seconds=30.0, rate=100.0, amplitude=1.85):
@@ -81,3 +83,45 @@ def motion(e, f, d, V, T, friction=0.0, steps=2, stick=STICTION_SPEED):
             w += sixth * (a1 + 2 * a2 + 2 * a3 + a4)
     q, w = np.array(path).T
     return q, w
+
+
+def motion_slopes(q, w, e, f, d, V, T, friction=0.0, steps=2, stick=STICTION_SPEED):
+    r"""The derivatives of a `motion` q, w to e, f, d and the friction.
+
+    Each step is differentiated for itself, all at once; then the changes are followed,
+    x_k' = A_k x_{k-1}' + b_k. The arguments V, T, ``steps`` and ``stick`` are those of
+    the `motion`. Returns dq, dw, (N, 4), in the order of the arguments.
+    """
+    V = np.asarray(V, float)
+    h = np.broadcast_to(np.asarray(T, float), V.shape)[:-1] / steps
+    at = np.array([0.0, 0.0, e, f, d, friction])
+    size = np.where(at == 0, 1.0, abs(at))
+    size[:2] = 1 + abs(q).max(), 1 + abs(w).max()
+    moved = NEAR * np.vstack([np.zeros(6), np.diag(size)])[:, :, None]
+    e, f, d, rub = (at[2:, None] + moved[:, 2:]).swapaxes(0, 1)
+    x, v, held = q[:-1] + moved[:, 0], w[:-1] + moved[:, 1], abs(e) * rub
+
+    def rate(q, w):
+        pull = held * np.tanh(w / stick) if held.any() else 0.0
+        return e * V[:-1] - f * w - d * np.sin(q) - pull
+
+    for _ in range(steps):  # as in `motion`
+        a1 = rate(x, v)
+        v2 = v + h / 2 * a1
+        a2 = rate(x + h / 2 * v, v2)
+        v3 = v + h / 2 * a2
+        a3 = rate(x + h / 2 * v2, v3)
+        v4 = v + h * a3
+        a4 = rate(x + h * v3, v4)
+        x = x + h / 6 * (v + 2 * v2 + 2 * v3 + v4)
+        v = v + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
+    by = (np.array([x, v])[:, 1:] - np.array([x, v])[:, :1]) / (NEAR * size)[:, None]
+    bands = np.zeros((4, 2 * len(q)))  # of [q_0, w_0, q_1, w_1, ...], below the ones
+    bands[0] = 1.0
+    bands[1, 1:-2:2] = -by[0, 1]
+    bands[2, :-2:2], bands[2, 1:-2:2] = -by[0, 0], -by[1, 1]
+    bands[3, :-2:2] = -by[1, 0]
+    given = np.zeros((len(q), 2, 4))
+    given[1:] = by[:, 2:].transpose(2, 0, 1)
+    found = solve_banded((3, 0), bands, given.reshape(-1, 4)).reshape(given.shape)
+    return found[:, 0], found[:, 1]

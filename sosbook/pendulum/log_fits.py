@@ -6,7 +6,8 @@ from math import ceil
 import numpy as np
 from scipy.linalg import block_diag
 
-from .experiments import STICTION_SPEED, motion
+from ..analysis.fit import UnseenError
+from .experiments import STICTION_SPEED, motion, motion_slopes
 from .fit import Fit, output_error
 from .play import motion_with_play
 from .rig import COUNTS_PER_TURN
@@ -57,6 +58,9 @@ def fit_body(log, model="pendulum", friction=False, share=None, near=None):
     if friction and model != "pendulum":
         raise ValueError("friction needs model='pendulum'")
     (gyro,), V, T = log.need("gyro"), log.V, log.T
+    asked, top = BALANCES, abs(gyro).max()
+    if top > FAST_GYRO:
+        asked += f"gyro reads {top:.3g} rad/s: is it in deg/s? "
     if model != "pendulum" and not log.even:
         raise ValueError(
             "a log whose samples aren't equally far apart needs model='pendulum'"
@@ -71,21 +75,32 @@ def fit_body(log, model="pendulum", friction=False, share=None, near=None):
         return respond([-e, zero], [1.0, f, d], V, T) + offset
 
     how = dict(steps=1, stick=STICTION_SPEED)
+    moved = Moved(V, log.steps, how)
 
     def pendulum(e, f, d, *friction_and_offset):
         rub, offset = (0.0, *friction_and_offset)[-2:]
-        return motion(-e, f, d, V, log.steps, rub, **how)[1] + offset
+        return moved.path(-e, f, d, rub)[1] + offset
+
+    def slopes(values):
+        e, f, d, rub = (*values[:-1], 0.0)[:4]
+        parts = moved.slopes(-e, f, d, rub)[1][:, : len(values) - 1]
+        return np.column_stack([-parts[:, 0], parts[:, 1:], np.ones(len(V))])
 
     if model == "free zero":
         start["zero"] = B[1]
     if friction:
         start["friction"] = 0.0
     start["offset"] = gyro.mean()
-    simulated = linear if model in BODY_MODELS[1:] else pendulum
-    fit = output_error(simulated, gyro, start)
+    if model in BODY_MODELS[1:]:
+        fit = output_error(linear, gyro, start)
+    else:
+        try:
+            fit = output_error(pendulum, gyro, start, slopes=slopes)
+        except UnseenError as unseen:
+            raise ValueError(f"{unseen}: {asked.strip()}") from None
     if friction:
         how["steps"] = 4
-        fit = sharper(fit, pendulum, gyro, how)
+        fit = sharper(fit, pendulum, slopes, gyro, how)
     if share is not None:
 
         def loose(e, f, d, rub, offset, play):
@@ -98,9 +113,6 @@ def fit_body(log, model="pendulum", friction=False, share=None, near=None):
         fit = looser(fit, loose, gyro, starts)
         if near is not None and starts[1].rms < AS_NEAR * fit.rms:
             fit = replace(starts[1], alone=fit["e_c"] / fit["f_c"])
-    asked, top = BALANCES, abs(gyro).max()
-    if top > FAST_GYRO:
-        asked += f"gyro reads {top:.3g} rad/s: is it in deg/s? "
     return signs(fit, "body", "the gyro or the motors", asked)
 
 
@@ -165,23 +177,31 @@ def fit_wheel(
     def modelled(e, f, *offset):
         return seen(respond([e], [1.0, f, 0.0], V, T) + sum(offset))
 
+    moved = Moved(V, steps, how)
+
     def rubbing(e, f, *rub_and_offset):
         rub, offset = (0.0, *rub_and_offset, 0.0)[friction : friction + 2]
-        return seen(motion(e, f, 0.0, V, steps, rub, **how)[0] + offset)
+        return seen(moved.path(e, f, 0.0, rub)[0] + offset)
+
+    def slopes(values):
+        parts = moved.slopes(*values[:2], 0.0, values[2] if friction else 0.0)[0]
+        parts = parts[:, [0, 1, 3]] if friction else parts[:, :2]
+        by = [*parts.T, *([np.ones(len(V))] * coarse)]
+        return np.column_stack([seen(x) for x in by])
 
     if friction:
         start["friction"] = 0.0
     if coarse:
         start["offset"] = 0.0
-    simulated = plain if differencing == "plain" else modelled
-    if friction or not log.even:
-        simulated = rubbing
     turn = 2 * np.pi / counts
     middle = log.need(f"encoder{wheel}")[0] + 0.5
     y = turn * (middle - middle[0]) if coarse else rate
-    fit = output_error(simulated, y, start)
+    if friction or not log.even:
+        fit = output_error(rubbing, y, start, slopes=slopes)
+    else:
+        fit = output_error(plain if differencing == "plain" else modelled, y, start)
     if friction:
-        fit = sharper(fit, rubbing, y, how)
+        fit = sharper(fit, rubbing, slopes, y, how)
     if coarse:
         speeds = rate - np.diff(y - fit.residuals) / steps[:-1]
         fit = replace(fit, residuals=speeds)
@@ -198,7 +218,31 @@ def fit_wheel(
     return signs(fit, "wheels", why)
 
 
-def sharper(fit, model, y, how):
+class Moved:
+    """The motion under the voltages V with its slopes, of which the last is kept.
+
+    ``how`` has the steps and the stick of a `motion`, and may change.
+    """
+
+    def __init__(self, V, T, how):
+        self.V, self.T, self.how, self.last = V, T, how, None
+
+    def path(self, e, f, d, friction):
+        """Angle and speed, see `motion`."""
+        asked = e, f, d, friction, *self.how.values()
+        if asked != self.last:
+            self.last = asked
+            self.found = motion(e, f, d, self.V, self.T, friction, **self.how)
+        return self.found
+
+    def slopes(self, *at):
+        """Their slopes, see `motion_slopes`."""
+        e, f, d, friction = at
+        given = *self.path(*at), e, f, d, self.V, self.T, friction
+        return motion_slopes(*given, **self.how)
+
+
+def sharper(fit, model, slopes, y, how):
     """The closest of a fit and those with sharper friction, of what is as uncertain.
 
     ``how`` has the speed below which the ``model`` lets friction fade. Nobody knows how
@@ -207,7 +251,7 @@ def sharper(fit, model, y, how):
     """
     start, fits = dict(zip(fit.names, fit.values)), [fit]
     for how["stick"] in SHARPER_STICTION:
-        fits.append(output_error(model, y, start, rounds=AGAIN))
+        fits.append(output_error(model, y, start, rounds=AGAIN, slopes=slopes))
     first = min(fits, key=lambda fit: fit.rms)
     good = [fit for fit in fits if fit.rms < AS_GOOD_RATIO * first.rms]
     apart = np.array([fit.values - first.values for fit in good])
