@@ -79,7 +79,13 @@ def apt_install(package):
         subprocess.run(["apt-get", *words], env=quiet, check=False)
 
 
+#: It reaches no network but this machine, whose Lab the tests open. To stop each
+#: request in playwright instead takes a tenth of what a page takes to load.
+AWAY = "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1, EXCLUDE localhost"
+
+
 def options(path):
     """Keyword arguments for ``playwright.chromium.launch``."""
     sandbox = ["--no-sandbox"] if is_root() else []
-    return {"executable_path": path, "args": [*sandbox, "--disable-dev-shm-usage"]}
+    words = [*sandbox, "--disable-dev-shm-usage", AWAY]
+    return {"executable_path": path, "args": words}

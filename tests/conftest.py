@@ -7,12 +7,12 @@
 ``kernel``   a page of it with the solver of the rendered book.
 ``tab``      the page ``sheet`` of a module; it leaves no error behind.
 ``visit``    opens a Path or an address without a network: ``visit(page, width=390,
-             height=844, scheme="dark")`` has the attributes of `Tab`.
+             height=844, scheme="dark")`` has the attributes of `Tab`. Pixels and
+             shifts of the layout are there if it is ``painted``.
 """
 
 import importlib.util
 import os
-import re
 import sys
 import time
 from collections import Counter
@@ -246,10 +246,10 @@ class Tab:
 
 @pytest.fixture(scope="module")
 def sheets(browser):
-    """Tabs that a test has left, emptied."""
-    left = []
+    """Tabs that a test has left, emptied: those that aren't painted, those that are."""
+    left = {False: [], True: []}
     yield left
-    for page in left:
+    for page in sum(left.values(), []):
         page.context.close()
 
 
@@ -258,28 +258,29 @@ def visit(browser, sheets):
     """Open pages without a network; see the top of this file."""
     open_tabs = []
 
-    def visit(address, width=1280, height=900, scheme="light"):
+    def visit(address, width=1280, height=900, scheme="light", painted=False):
         if isinstance(address, Path):
             address = address.resolve().as_uri()
-        page = sheets.pop() if sheets else new_sheet(browser)
+        left = sheets[painted]
+        page = left.pop() if left else new_sheet(browser, painted)
         page.set_viewport_size({"width": width, "height": height})
         page.emulate_media(color_scheme=scheme)
         tab = Tab(page)
-        open_tabs.append(tab)
+        open_tabs.append((painted, tab))
         page.goto(address, wait_until="load")
         return tab.typeset()
 
     yield visit
-    sheets += [tab.emptied() for tab in open_tabs]
+    for painted, tab in open_tabs:
+        sheets[painted].append(tab.emptied())
 
 
-def new_sheet(browser):
-    """An empty tab of its own storage, from which a file reaches no network; what it
-    opens has the widest of the usual types.
-    """
+def new_sheet(browser, painted):
+    """An empty tab of its own storage; what it opens has the widest usual type."""
     context = browser.new_context(reduced_motion="reduce")
     context.add_init_script(layout.WIDE_TYPE)
-    context.route(re.compile("^(https?|wss?):"), lambda route: route.abort())
+    if not painted:
+        context.add_init_script(layout.UNPAINTED)
     return context.new_page()
 
 

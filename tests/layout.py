@@ -25,6 +25,16 @@ CUT_FORMULAS = """
 }).map((box) => box.querySelector("mjx-assistive-mml").textContent.slice(0, 80))
 """
 
+#: Nothing is painted: no pixels, which take a quarter of a browser's time and which
+#: only few tests look at. All else is there: styles, places, clicks, frames.
+UNPAINTED = """
+(() => {
+  const sheet = new CSSStyleSheet();
+  sheet.replaceSync("html {opacity: 0}");
+  document.adoptedStyleSheets.push(sheet);
+})();
+"""
+
 #: How far down the page the picture begins with which it opens; null without one.
 OPENING = """
 () => {
@@ -40,14 +50,24 @@ FITTED_FORMULAS = """
   .filter((size) => size !== "120%")
 """
 
-#: Boxes of a desk's page that are wider than their place: formulas, tables,
-#: code, figures. Each of them fades at an edge and has a bar to scroll it.
+#: Boxes that are wider than their place on a desk: formulas, tables, code, figures.
+#: Each of them fades at an edge and has a bar to scroll it. On a phone their inside is
+#: as wide, and their place narrower by as much as the column of 676 pixels is there.
 WIDE_BOXES = """
-() => [...document.querySelectorAll(".bd-article :not(svg *)")]
-  .filter((box) => ["auto", "scroll"].includes(getComputedStyle(box).overflowX))
-  .filter((box) => box.scrollWidth > box.clientWidth + 1 && box.clientWidth > 1)
-  .filter((box) => box.checkVisibility())
-  .map((box) => [box.scrollWidth - box.clientWidth, box.outerHTML.slice(0, 120)])
+() => {
+  const article = document.querySelector(".bd-article");
+  if (!article) return [];
+  const {paddingLeft: left, paddingRight: right} = getComputedStyle(article);
+  const column = article.clientWidth - parseFloat(left) - parseFloat(right);
+  const room = 676 - column;
+  if (room && innerWidth > 1200) return [`a desk's column has ${column} pixels`];
+  return [...article.querySelectorAll(":not(svg *)")]
+    .filter((box) => ["auto", "scroll"].includes(getComputedStyle(box).overflowX))
+    .filter((box) => box.clientWidth > 1)
+    .filter((box) => box.scrollWidth > box.clientWidth + room + 1)
+    .filter((box) => box.checkVisibility())
+    .map((box) => [box.scrollWidth - box.clientWidth, box.outerHTML.slice(0, 120)]);
+}
 """
 
 #: Boxes that scroll sideways and either can't be reached by the keyboard or

@@ -117,7 +117,7 @@ figure => {
 )
 def test_paper_is_dark_and_each_mark_is_seen(site, visit, page):
     """Pixel by pixel, as the browser draws marks that are used again."""
-    tab = visit(site / "book" / f"{page}.html", scheme="dark")
+    tab = visit(site / "book" / f"{page}.html", scheme="dark", painted=True)
     figures = tab.page.locator("figure.sos-figure:visible")
     seen = 0
     for figure in figures.all():

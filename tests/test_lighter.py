@@ -76,7 +76,7 @@ THEME = "theme/pydata_sphinx_theme/static/styles/pydata-sphinx-theme.css"
 @pytest.fixture(scope="module")
 def chapter(browser, site):
     """A chapter, opened once: what a test leaves there is no matter to another."""
-    page = new_sheet(browser)
+    page = new_sheet(browser, painted=False)
     page.goto((site / "book/08_zero_mass.html").as_uri())
     yield Tab(page).typeset()
     page.context.close()

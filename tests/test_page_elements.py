@@ -127,6 +127,7 @@ def sheet(tmp_path_factory):
 def shelf(browser, sheet):
     """The page, that fingers can touch."""
     context = browser.new_context(reduced_motion="reduce", has_touch=True)
+    context.add_init_script(layout.UNPAINTED)
     page, errors = context.new_page(), []
     page.on("pageerror", lambda e: errors.append(str(e)))
     page.goto(sheet.as_uri(), timeout=120_000)  # dozens of elements start
