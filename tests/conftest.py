@@ -218,13 +218,18 @@ class Tab:
 
     def __post_init__(self):
         self.ears = {
-            "request": lambda r: self.requests.append(r.url),
+            "request": lambda r: self.heard(r.url),
             "requestfailed": lambda r: self.errors.append(f"failed: {r.url}"),
             "pageerror": lambda e: self.errors.append(str(e)),
             "console": lambda m: m.type == "error" and self.errors.append(m.text),
         }
         for event, ear in self.ears.items():
             self.page.on(event, ear)
+
+    def heard(self, url):
+        """What is asked for, but what the page holds itself: its workers' texts."""
+        if not url.startswith("blob:"):
+            self.requests.append(url)
 
     def typeset(self):
         """Wait until the page and the fonts of its formulas are there."""
