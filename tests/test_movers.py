@@ -28,6 +28,7 @@ from sosbook.plants import Descriptor, descriptors
 from sosbook.requirements.cost import QuadraticCost, noise_cost
 from sosbook.solver.blocks import Blocks
 from sosbook.solver.loop import centre, phase_one
+from tests import layout
 from tests.axis import stepless
 from tests.cases import by_turns, campaign
 from tests.conftest import Tab
@@ -85,6 +86,7 @@ class Sheet(Tab):
 @pytest.fixture(scope="module")
 def desk(browser, sheet):
     context = browser.new_context(reduced_motion="reduce", has_touch=True)
+    context.add_init_script(layout.UNPAINTED)
     desk = Sheet(context.new_page())
     desk.page.goto(sheet.as_uri())
     yield desk
