@@ -1,5 +1,7 @@
 """Plants and requests that several tests share."""
 
+import os
+
 import control
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ from sosbook.solver.settings import Settings
 #: Newton's equations by conjugate gradients wherever they fit, and nowhere.
 GRADIENTS = Settings(iterations_per_variable=np.inf)
 DENSE = Settings(iterations_per_variable=0.0)
+CAMPAIGN = "SOSBOOK_CAMPAIGN"  # set where pytest has --campaign, before tests are read
 
 
 def campaign(values):
@@ -20,6 +23,11 @@ def campaign(values):
 def later(*rows):
     """The same of several parameters: a row for each case."""
     return [pytest.param(*row, marks=pytest.mark.campaign) for row in rows]
+
+
+def examples(gate, weekly):
+    """How many examples hypothesis draws: so many in the gate, more in the campaign."""
+    return weekly if os.environ.get(CAMPAIGN) else gate
 
 
 def by_turns(values, turn, of=2):

@@ -57,6 +57,11 @@ def pytest_addoption(parser):
     )
 
 
+def pytest_configure(config):
+    if config.getoption("--campaign", False):
+        os.environ["SOSBOOK_CAMPAIGN"] = "1"  # tests.cases asks for it
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection(session):
     """Of several processes the first collects alone, beside the build of the book: to

@@ -18,8 +18,10 @@ seconds = {}
 
 
 def spent():
-    """CPU seconds of this process and its children, the ended and the living."""
-    return sum(os.times()[:4]) + living("self")
+    """CPU seconds of this process and its children, the ended and the living; of two
+    readings the larger, for a child that ends during one is missing from it.
+    """
+    return max(sum(os.times()[:4]) + living("self") for _ in range(2))
 
 
 def living(process):

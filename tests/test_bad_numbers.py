@@ -13,6 +13,7 @@ from sosbook.plants.checks import SizeError
 from sosbook.plants.measured import MeasuredResponse
 from sosbook.plants.second_order import MassWarning
 from sosbook.runtime.time_limit import OutOfTime
+from tests.cases import examples
 
 I = np.eye(2)
 OURS = ValueError, SizeError  # not numpy's LinAlgError, which is a ValueError, too
@@ -74,7 +75,7 @@ SIZES = st.sampled_from([0.0, 1e-99, 1e-30, 1e-9, 1.0, 3.7, 1e9, 1e30, 1e99, -1.
 
 @pytest.mark.slow
 @settings(
-    max_examples=5,
+    max_examples=examples(5, 8),
     deadline=None,
     derandomize=True,
     suppress_health_check=list(HealthCheck),

@@ -17,7 +17,7 @@ from sosbook.delay import (
     stable_delays,
 )
 from sosbook.plants.descriptor import descriptors
-from tests.cases import later
+from tests.cases import examples, later
 
 EXAMPLE_1, EXAMPLE_2 = thesis.delay_example_1(), thesis.delay_example_2()
 PRINTED, PUBLISHED = (thesis.delay_example_1(p).plant for p in (False, True))
@@ -109,7 +109,7 @@ def rates(largest):
 
 
 @given(rates(5), st.floats(-3, 1.3), st.booleans(), st.floats(-3, 0.7))
-@settings(max_examples=25)
+@settings(max_examples=examples(25, 60))
 def test_scalar_loops_against_lambert_w(a, size, negative, long):
     b, h = (-1) ** negative * 10**size, 10**long
     wanted = w_roots(a, b, h)
@@ -157,7 +157,7 @@ def test_a_delay_far_below_the_loops_own_times(h):
 
 @pytest.mark.slow
 @given(seeds)
-@settings(max_examples=25)
+@settings(max_examples=examples(25, 60))
 def test_random_roots(seed):
     """Residuals, conjugates, and none is missing: a winding number."""
     A, A_d, h = random_loop(seed)

@@ -11,7 +11,7 @@ from sosbook.book import thesis
 from sosbook.plants.descriptor import descriptors
 from sosbook.requirements.cost import noise_cost
 from sosbook.synthesis import lqr
-from tests.cases import campaign
+from tests.cases import campaign, examples
 
 
 def riccati(plant, Q, R, U=None):
@@ -55,7 +55,7 @@ def test_one_plant_gives_the_riccati_gain(U):
     assert design.certify().proven
 
 
-@settings(max_examples=12, deadline=None, derandomize=True)
+@settings(max_examples=examples(12, 25), deadline=None, derandomize=True)
 @given(seed=st.integers(0, 10**6), n=st.integers(1, 3), by_lmis=st.booleans())
 def test_random_plants_give_the_riccati_gain(seed, n, by_lmis):
     """So do the LMIs by themselves, where nobody tells them the equation's point."""

@@ -8,11 +8,11 @@ from hypothesis import strategies as st
 import sosbook as sos
 from sosbook.synthesis.scaling import Frame
 from tests import clarabel
-from tests.cases import random_request
+from tests.cases import examples, random_request
 from tests.random_plants import float_blocks, scaled
 from tests.test_slack import keeps_its_promises
 
-few = settings(max_examples=5, derandomize=True, deadline=None)
+few = settings(max_examples=examples(5, 8), derandomize=True, deadline=None)
 seeds = st.integers(0, 10**6)
 
 

@@ -15,9 +15,10 @@ from sosbook.analysis.infinite_modes import InfiniteModes, infinite_modes
 from sosbook.book import thesis
 from sosbook.exact.checker import verdict
 from sosbook.synthesis.regularization import prove_regular, regularize
+from tests.cases import examples
 from tests.random_plants import ODD
 
-few = settings(max_examples=12, derandomize=True, deadline=None)
+few = settings(max_examples=examples(12, 25), derandomize=True, deadline=None)
 seeds = st.integers(0, 10**6)
 I2 = np.eye(2)
 

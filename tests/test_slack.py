@@ -16,11 +16,14 @@ from sosbook.synthesis import slack as slack_search
 from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaling import Frame
 from tests import clarabel
-from tests.cases import campaign, random_plant, random_request, seeds
+from tests.cases import campaign, examples, random_plant, random_request, seeds
 from tests.processes import alone
 from tests.random_plants import float_blocks, scaled
 
-few, many = (settings(max_examples=n, derandomize=True, deadline=None) for n in (4, 60))
+few, many = (
+    settings(max_examples=n, derandomize=True, deadline=None)
+    for n in (examples(4, 6), 60)
+)
 numbers = st.integers(0, 10**6)
 
 
