@@ -59,7 +59,9 @@ def pytest_addoption(parser):
 
 def pytest_configure(config):
     if config.getoption("--campaign", False):
-        os.environ["SOSBOOK_CAMPAIGN"] = "1"  # tests.cases asks for it
+        from tests.cases import CAMPAIGN
+
+        os.environ[CAMPAIGN] = "1"
 
 
 @pytest.hookimpl(tryfirst=True)

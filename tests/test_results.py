@@ -124,6 +124,17 @@ def test_each_design_of_a_gain_has_a_page(results, name, plant, tmp_path):
     assert ("asked, proven and true" in page.lower()) == (name == "Design")
 
 
+def test_a_design_without_requirements_asks_for_stability():
+    """Of an infeasible one it was said that nothing was asked."""
+    assert sos.design_pid(CART).statements() == ["it is stable"]
+    free = sos.SecondOrderSystem(np.eye(2), 0 * np.eye(2), np.diag([1, -1]), [[1], [0]])
+    for found in (sos.design_pid(free), sos.analyse_pid(CART, [[100.0, -2.0]])):
+        assert found.status == "infeasible" and found.infeasibility.proven
+        assert found.certify().why.startswith("the design is infeasible.")
+    loop = sos.Loop(CART, sos.FullState(), [[-1.0, -2.0]])
+    assert loop.design.statements() == ["nothing was asked"]
+
+
 def test_those_are_all_designs_with_a_page():
     made = {name for name in sos.__all__ if hasattr(getattr(sos, name), "report")}
     assert made - {"Loop"} == set(PAGES)

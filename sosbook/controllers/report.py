@@ -9,7 +9,6 @@ from subprocess import run
 import numpy as np
 
 from ..display.pole_map import pole_map
-from ..exact.proof import NOTHING
 from ..plants.gain import signals
 from ..runtime.writing import write_texts
 from .charts import STYLE as OF_CHARTS
@@ -83,7 +82,7 @@ def _page(design, c, code):
         f"<h1>{escape(code.name)}: a controller and what is known of it</h1>",
         f"<p>{escape(repr(c)[1:-1])}.</p>",
         "<h2>What was asked</h2><ul>",
-        *(f"<li>{escape(words)}</li>" for words in design.statements() or [NOTHING]),
+        *(f"<li>{escape(words)}</li>" for words in design.statements()),
         "</ul><h2>The plant</h2>",
         *(_plant(c, *x) for x in zip(c.vertices, _corners(c))),
         "<h2>The gain</h2>",

@@ -16,7 +16,7 @@ from .rational import digit_count
 
 DIGITS = (6, 8, 10, 12, 17)  # to which gains are rounded, in the order of trial
 PLACES = (12, 17)  # of the matrices that only the proof needs
-NOTHING = "nothing was asked"  # why there is no proof of a loop without requirements
+NOTHING = "nothing was asked"  # the reason of a `Loop`'s design, which asks nothing
 
 
 def nearest(x):

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..analysis.margins import DiskMargin
 from ..exact.checker.families import CONSTANT
+from ..exact.proof import NOTHING
 from ..exact.rational import exact
 from ..laws import Law
 from ..laws.taken import law_of, taken
@@ -126,7 +127,7 @@ class Loop(ReadOnly):
     @cached_property
     def design(self) -> Design:
         """The loop in continuous time as a `Design`, of which nothing is asked."""
-        return Design(self.request, "undecided", self.request.gain)
+        return Design(self.request, "undecided", self.request.gain, reason=NOTHING)
 
     @cached_property
     def request(self) -> Request:
@@ -377,9 +378,8 @@ class Loop(ReadOnly):
             return self.controller.to_ss()
         request, plant = self.request, self.request.plant
         parts = request.applied.parts
-        A, B, C, D = (
-            np.asarray(x, float) for x in parts.controller(exact(request.gain))
-        )
+        of_gain = parts.controller(exact(request.gain))
+        A, B, C, D = (np.asarray(x, float) for x in of_gain)
         dt = request.step or 0
         if dt:  # the memory's change in a tick
             A, B = np.eye(len(A)) + dt * A, dt * B

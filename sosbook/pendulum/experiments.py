@@ -14,7 +14,7 @@ from ..plants.checks import finite, positive
 __all__ = ["chirp", "motion", "motion_slopes"]
 
 STICTION_SPEED = 0.5  # rad/s, below which Coulomb friction fades: smooth, not stiff
-NEAR = 1e-7  # of a number, for its differences: eight digits of a slope are right
+NEAR = 1e-7  # of a number, by which it is moved for a slope; roundings are 1e-16
 
 
 def chirp(first, last, seconds=30.0, rate=100.0, amplitude=1.85):

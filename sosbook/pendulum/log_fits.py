@@ -231,8 +231,8 @@ class Moved:
         """Angle and speed, see `motion`."""
         asked = e, f, d, friction, *self.how.values()
         if asked != self.last:
-            self.last = asked
             self.found = motion(e, f, d, self.V, self.T, friction, **self.how)
+            self.last = asked
         return self.found
 
     def slopes(self, *at):

@@ -197,8 +197,12 @@ class Gains(Result[Proven]):
         return write(self, made, folder, name, replace, pdf, step)
 
     def statements(self) -> list[str]:
-        """Each requirement in a sentence."""
-        return [r.statement for r in self.request.requirements]
+        """Each requirement in a sentence; a design without any asks for stability."""
+        from ..exact.proof import NOTHING
+
+        if getattr(self, "reason", "") == NOTHING:
+            return [NOTHING]
+        return [r.statement for r in self.request.requirements] or ["it is stable"]
 
     @property
     def K_P(self) -> np.ndarray:

@@ -144,7 +144,7 @@ class Result(ABC, Generic[Proven]):
         """The answer of `certify` where there is no design."""
         from ..exact.proof import NOTHING, Unproven
 
-        if not getattr(getattr(self, "request", None), "requirements", True):
+        if getattr(self, "reason", "") == NOTHING:
             return Unproven(NOTHING)
         proof = self.infeasibility if self.status == "infeasible" else None
         there = " That is proven: see its infeasibility." if proof else ""
