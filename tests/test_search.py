@@ -98,3 +98,9 @@ def test_every_result_leads_somewhere(site, visit):
         if place and f'id="{place}"' not in texts[pages[page][0]]
     ]
     assert lost == []
+
+
+def test_the_site_has_no_other_index(site):
+    """Sphinx's own, which no page reads, took a twentieth of the build."""
+    assert (site / "_static" / "search-index.js").exists()
+    assert not (site / "searchindex.js").exists()

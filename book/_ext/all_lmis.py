@@ -103,27 +103,20 @@ def glyphs(text):
     return len(re.sub(r"[\s{}^_&]", "", re.sub(r"\\[a-zA-Z]+", "x", text)))
 
 
-def width(block, own):
-    """About how many letters wide a block matrix is, with its sign."""
-    columns = zip(*([glyphs(entry(y, own)) for y in row] for row in block[1]))
-    return 2 + sum(max(column) + 2 for column in columns)
-
-
 def short(x, own):
     """A tree whose wide matrix has names in place of its longest entries, and these."""
     sign, block = (x[:1], x[1]) if x[0] == "neg" else ((), x)
-    named = {}
-    while block[0] == "block" and width(block, own) > GLYPHS:
-        table = [list(row) for row in block[1]]
-        sizes = {
-            (i, j): glyphs(entry(y, own))
-            for i, row in enumerate(table)
-            for j, y in enumerate(row)
-        }
-        i, j = max(sizes, key=sizes.get)
+    if block[0] != "block":
+        return x, {}
+    named, table = {}, [list(row) for row in block[1]]
+    sizes = [[glyphs(entry(y, own)) for y in row] for row in table]
+    places = [(i, j) for i, row in enumerate(table) for j in range(len(row))]
+    while 2 + sum(max(column) + 2 for column in zip(*sizes)) > GLYPHS:
+        i, j = max(places, key=lambda place: sizes[place[0]][place[1]])
         name = f"g_{i + 1}{j + 1}"
         named[name], table[i][j] = table[i][j], ("name", name, False, False, None)
-        block = ("block", tuple(map(tuple, table)))
+        sizes[i][j] = glyphs(entry(table[i][j], own))
+    block = ("block", tuple(map(tuple, table)))
     return (*sign, block) if sign else block, dict(sorted(named.items()))
 
 

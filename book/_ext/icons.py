@@ -11,7 +11,7 @@ from urllib.parse import quote
 from sphinx.util import logging
 
 SCRIPT = "scripts/fontawesome.js"
-TAG = re.compile(r'\s*<script src="([^"]*)scripts/fontawesome\.js[^"]*"></script>')
+TAG = re.compile(r'<script src="([^"]*)scripts/fontawesome\.js[^"]*"></script>')
 USED = re.compile(r'class="(?:[^"]* )?fa[srb]?(?:-solid|-regular|-brands)? [^"]*"')
 SIZES = {"fa-lg", "fa-fw", "fa-sm", "fa-xs", "fa-xl", "fa-solid", "fa-brands"}
 HEAD = """\
@@ -88,7 +88,7 @@ def finish(app, exception):
     for page in Path(app.outdir).rglob("*.html"):
         text = page.read_text("utf-8")
         names |= icons_of(text)
-        new = TAG.sub(r'\n  <link rel="stylesheet" href="\1icons.css" />', text)
+        new = TAG.sub(r'<link rel="stylesheet" href="\1icons.css" />', text)
         if new != text:
             page.write_text(new, "utf-8")
     (static / "icons.css").write_text(sheet(names, script.read_text("utf-8")), "utf-8")

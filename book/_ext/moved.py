@@ -60,7 +60,7 @@ def places(path):
 def page(old, news, folder, project):
     """The small page at an old address, as HTML."""
     first, *others = news
-    away, here = {}, set(places(folder / f"{first}.html"))
+    away, here = {}, set(places(folder / f"{first}.html")) if others else ()
     for other in others:
         for place in places(folder / f"{other}.html"):
             if place not in here:

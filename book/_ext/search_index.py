@@ -203,8 +203,15 @@ def finish(app, exception):
     (out / "_static" / FILE).write_text(text, "utf-8")
 
 
+def alone(app):
+    """Keep Sphinx from making an index of its own, which no page reads."""
+    for name in ("load_indexer", "index_page", "dump_search_index"):
+        setattr(app.builder, name, lambda *args: None)
+
+
 def setup(app):
     """Tell Sphinx."""
+    app.connect("builder-inited", alone)
     app.connect("doctree-read", collect)
     app.connect("env-purge-doc", purge)
     app.connect("build-finished", finish)

@@ -8,6 +8,7 @@ shows the table both ways: by the thesis's numbers and by the book's pages.
 
 import re
 import tomllib
+from functools import cache
 from html import escape
 from pathlib import Path
 
@@ -43,6 +44,7 @@ def table(path=TABLE):
     return tomllib.loads(path.read_text("utf-8"))
 
 
+@cache
 def entries(path=TABLE):
     """The rows of all chapters by their numbers: what it is, and at which place."""
     return {

@@ -7,6 +7,7 @@ course.
 
 import re
 import tomllib
+from functools import cache
 from pathlib import Path
 
 import yaml
@@ -31,6 +32,7 @@ def path(page):
     return next(x for x in (BOOK / f"{page}.ipynb", BOOK / f"{page}.md") if x.exists())
 
 
+@cache
 def time(page):
     """The minutes of a page."""
     return minutes.said(minutes.read(path(page)))
