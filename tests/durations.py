@@ -8,11 +8,10 @@ browser, used; on other systems than Linux only of those that ended in it.
 import json
 import os
 from collections import Counter
-from glob import glob
 
 import pytest
 
-BEGUN = pytest.StashKey()
+ENDED = pytest.StashKey()
 SHOWN = 25
 seconds = {}
 
@@ -21,18 +20,30 @@ def spent():
     """CPU seconds of this process and its children, the ended and the living; of two
     readings the larger, for a child that ends during one is missing from it.
     """
-    return max(sum(os.times()[:4]) + living("self") for _ in range(2))
+    before = os.times()
+    others = living("self")
+    if not others and os.times()[2:4] == before[2:4]:
+        return sum(before[:4])
+    return max(sum(before[:4]) + others, sum(os.times()[:4]) + living("self"))
 
 
 def living(process):
     """CPU seconds of a process's living descendants, where /proc lists them."""
     found = 0.0
-    for thread in glob(f"/proc/{process}/task/*"):
-        for child in read(f"{thread}/children").split():
+    for thread in threads(process):
+        for child in read(f"/proc/{process}/task/{thread}/children").split():
             # User and system, its own and of those that it has waited for.
             ticks = read(f"/proc/{child}/stat").rpartition(")")[2].split()[11:15]
             found += sum(map(int, ticks)) / os.sysconf("SC_CLK_TCK") + living(child)
     return found
+
+
+def threads(process):
+    """The numbers of a process's threads; none of one that has ended."""
+    try:
+        return os.listdir(f"/proc/{process}/task")
+    except OSError:
+        return []
 
 
 def read(path):
@@ -46,7 +57,8 @@ def read(path):
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)
 def pytest_runtest_protocol(item):
-    item.stash[BEGUN] = spent()
+    if ENDED not in item.session.stash:  # a test begins where the one before ended
+        item.session.stash[ENDED] = spent()
     return (yield)
 
 
@@ -57,7 +69,9 @@ def pytest_runtest_teardown(item):
     try:
         return (yield)
     finally:  # a browser that ends here leaves processes whose seconds nobody gets
-        item.user_properties.append(("cpu", max(before, spent()) - item.stash[BEGUN]))
+        begun, ended = item.session.stash[ENDED], spent()
+        item.user_properties.append(("cpu", max(before, ended) - begun))
+        item.session.stash[ENDED] = ended
 
 
 def pytest_runtest_logreport(report):
