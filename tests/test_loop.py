@@ -39,6 +39,7 @@ SYSTEM = control.ss(
     inputs=["arm'", "arm"], outputs=["u"], dt=0,
 )  # fmt: skip
 STATES = [[-1.0, -2.0]]
+ONCE = sos.Search(starts=1)
 
 
 @functools.cache
@@ -231,7 +232,7 @@ def at_ticks(name):
 def program(name):
     """The numbers in C make the loop that was asked about, norm and all."""
     run = loop(name).at(0.01)
-    numbers = read_gains(run.to_c("arm", time_limit=1).texts["arm_gains.h"])
+    numbers = read_gains(run.to_c("arm", time_limit=0.1).texts["arm_gains.h"])
     A, B, C, D_c, rows = (np.array(numbers[x], float) for x in (*"ABCD", "ROWS"))
     l = int(numbers["STATES"])
     A, B, C = A[:l, :l], B[:l], C[:, :l]
@@ -269,6 +270,7 @@ def test_what_designs_takes_a_law_or_says_who_does(name):
     law, K = given(name)
     law = K if law is None else law
     region = dict(region=sos.PoleRegion(0.05))
+    region |= {} if name == "states" else dict(search=ONCE)
     known = isinstance(law, (sos.FullState, sos.PIDLaw, sos.DynamicLaw))
     designs = {
         "design_pid": lambda: sos.design_pid(PLANT, law=law, **region),
@@ -298,9 +300,7 @@ def test_what_designs_takes_a_law_or_says_who_does(name):
     assert late.loop.law is law and late.gains.keys() == found.gains.keys()
     refused(designs["design_observer"], "law")
     size = 2 + len(LAWS[name][2]()[0])
-    lqr = sos.design_lqr(
-        PLANT, np.eye(size), [[1.0]], law=law, search=sos.Search(time_limit=9)
-    )
+    lqr = sos.design_lqr(PLANT, np.eye(size), [[1.0]], law=law, search=ONCE)
     assert lqr.status in ("feasible", "undecided") and lqr.request.law is law
     c = designs["design_sampled"]()
     assert c.status == "feasible" and max(abs(c.poles())) < np.exp(-0.05 * 0.02)

@@ -249,13 +249,13 @@ class Demanded(Radius):
         super().__init__(task, loops, unit, radius, size)
         self.norms, self.demands = norms, demands
 
-    def _of(self, kappa):
-        value, slope = super()._of(kappa)
+    def _of(self, kappa, most):
+        value, slope = super()._of(kappa, most)
         if not self.norms or not np.isfinite(value):
             return value, slope
         if value * self.size + self.radius >= 1:
-            return np.inf, 0 * kappa
+            return np.inf, None
         for *_, level, one in self.demands.levels(kappa):
             if level > value:
-                value, slope = level, one
+                value, slope = level, lambda one=one: one
         return value, slope

@@ -41,17 +41,21 @@ class Radius(Objective):
         super().__init__(task, loops, unit, False)
         self.radius, self.size = radius, size
 
-    def _of(self, kappa):
-        F, flat = self.loops.at(kappa), 0 * kappa
+    def _of(self, kappa, most):
+        """As that of `Objective`; the slope in the free numbers ``kappa``."""
+        F = self.loops.at(kappa)
         if not np.isfinite(F).all():
-            return np.inf, flat
+            return np.inf, None
         z, V = np.linalg.eig(F)
         i, j = divmod(int(abs(z).argmax()), z.shape[1])
         value = abs(z[i, j])
         if value < FLOOR:
-            return (FLOOR - self.radius) / self.size, flat
-        one = np.eye(len(V[i]))[j] + 0j
-        left = np.linalg.lstsq(V[i].T, one, rcond=None)[0]
-        turned = self.loops.slopes[:, i] @ V[i, :, j] @ left
-        slope = (turned * z[i, j].conj() / value).real
-        return (value - self.radius) / self.size, slope / self.size
+            return (FLOOR - self.radius) / self.size, lambda: 0 * kappa
+
+        def slope():
+            one = np.eye(len(V[i]))[j] + 0j
+            left = np.linalg.lstsq(V[i].T, one, rcond=None)[0]
+            turned = self.loops.slopes[:, i] @ V[i, :, j] @ left
+            return (turned * z[i, j].conj() / value).real / self.size
+
+        return (value - self.radius) / self.size, slope

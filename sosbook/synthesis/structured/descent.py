@@ -15,11 +15,12 @@ SHORTER = 8  # times a step along a hull is halved: from the samples' distance o
 def descend(f, x, steps, enough=-np.inf, worth=0.0, H=None):
     """(x, f(x), H) after at most so many ``steps`` of BFGS from ``x``, (k,), with a
     weak Wolfe line search; ``f`` gives value, infinite where there is none, and
-    gradient, and a value of ``enough`` ends it, as do steps that win less than is
-    ``worth`` it. With ``H``, the inverse Hessian, it goes on later; None where it has
-    ended. Source: A. S. Lewis and M. L. Overton, Nonsmooth optimization via
-    quasi-Newton methods, Math. Program. 141, 2013: the weak conditions let a step end
-    behind a kink, and the curvature that it finds there turns the next one along it.
+    gradient, which nobody asks where the value is above a second argument; and a
+    value of ``enough`` ends it, as do steps that win less than is ``worth`` it.
+    With ``H``, the inverse Hessian, it goes on later; None where it has ended.
+    Source: A. S. Lewis and M. L. Overton, Nonsmooth optimization via quasi-Newton
+    methods, Math. Program. 141, 2013: the weak conditions let a step end behind a
+    kink, and the curvature that it finds there turns the next one along it.
     """
     value, slope = f(x)
     if not np.isfinite(value):
@@ -65,8 +66,9 @@ def _line(f, x, value, slope, d):
     low, high, t, kept, down = 0.0, np.inf, 1.0, None, slope @ d
     for _ in range(MOST_TRIALS):
         new = x + t * d
-        v, g = f(new)
-        if not np.isfinite(v) or v > value + DECREASE * t * down:
+        most = value + DECREASE * t * down
+        v, g = f(new, most)
+        if not np.isfinite(v) or v > most:
             high = t
         elif g @ d < CURVATURE * down:
             low, kept = t, (new, v, g)
@@ -101,8 +103,9 @@ def refine(f, x, value, rng, rounds, worth=0.0):
         if size > SHORT * scale:
             t = 4 * radius / size
             for _ in range(SHORTER):
-                v, _ = f(x + t * d)
-                if np.isfinite(v) and v < value - max(FLAT * abs(value), worth):
+                most = value - max(FLAT * abs(value), worth)
+                v, _ = f(x + t * d, most)
+                if np.isfinite(v) and v < most:
                     x, value, moved = x + t * d, v, True
                     break
                 t /= 2

@@ -64,7 +64,8 @@ class MovingGain:
 
     def K(self, kappa):
         """The gain of the free numbers ``kappa``."""
-        return self.first + np.tensordot(kappa, self.directions, 1)
+        rows = self.directions.reshape(len(self.directions), -1)
+        return self.first + np.dot(kappa[None], rows).reshape(self.first.shape)
 
     def slope(self, S):
         """The derivative in kappa, from ``S``, that in K."""

@@ -1,7 +1,7 @@
 """The goal of a search of gains: violations, a norm, and the limits of gains."""
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,8 @@ LEAST_DECAY = 1e-3  # of the rate, of each loop: a norm alone ends at an axis
 PENALTY = 20.0  # of a violation, in units of the logarithm of a norm
 MARGIN = 1e-3  # by which constraints are kept, so that their proof has room
 EASE = 0.01  # of a sought norm's logarithm, for a number as large as LARGEST
+SURE = 1e-4  # of a norm's logarithm, by which a peak on a grid is above a level
+EXPONENT = 700.0  # the largest whose exponential is a float
 WALL = 30.0  # of a gain's excess over its limit, as a fraction
 
 
@@ -101,76 +103,90 @@ class Objective:
         self.regions = parts if task.goal == DECAY else [*parts, stable]
         self.axis = [(np.zeros((1, 1)), np.eye(1), 2 * task.rate)]
 
-    def __call__(self, x):
+    def __call__(self, x, most=np.inf):
         """(value, slope) at x; beyond the limits those of the nearest point within, and
-        a charge for the way to it: what is below zero is so for a gain of the law.
+        a charge for the way to it: what is below zero is so for a gain of the law. Of a
+        value above ``most`` nobody asks the slope, which is None.
         """
         kappa = x * self.unit
         within = self.task.inside(kappa)
-        value, S = self._of(self.loops.K(within))
-        if not np.isfinite(value):
-            return np.inf, np.zeros_like(x)
-        slope = np.where(within == kappa, self.loops.slope(S) * self.unit, 0.0)
         low, high = self.task.ends
         off, half = kappa - (low + high) / 2, (high - low) / 2
         over = np.abs(off) / half - 1
-        if (over > 0).any():
-            value += WALL * over[over > 0].sum()
-            wall = np.sign(off) * self.unit / half
-            slope = slope + WALL * np.where(over > 0, wall, 0.0)
-        if self.norms and self.task.goal not in (None, DECAY):
-            value += EASE * (x @ x) / LARGEST**2
-            slope = slope + 2 * EASE * x / LARGEST**2
+        beyond = (over > 0).any()
+        wall = WALL * over[over > 0].sum() if beyond else 0.0
+        eased = self.norms and self.task.goal not in (None, DECAY)
+        ease = EASE * (x @ x) / LARGEST**2 if eased else 0.0
+        highest = max(most, self.least) - wall - ease
+        value, turn = self._of(self.loops.K(within), highest)
+        if not np.isfinite(value):
+            return np.inf, np.zeros_like(x)
+        value = value + wall + ease
         if value < self.least:
             self.least, self.at = value, x
+        if value > most:
+            return value, None
+        slope = np.where(within == kappa, self.loops.slope(turn()) * self.unit, 0.0)
+        if beyond:
+            way = np.sign(off) * self.unit / half
+            slope = slope + WALL * np.where(over > 0, way, 0.0)
+        if eased:
+            slope = slope + 2 * EASE * x / LARGEST**2
         if not np.isfinite(slope).all():  # nothing falls from here
             return np.inf, np.zeros_like(x)
         return value, slope
 
-    def _of(self, K):
-        """(value, slope with respect to K) of the loops under K."""
+    def _of(self, K, most):
+        """The value of the loops under K, and what gives its slope in K; of a value
+        above ``most`` a number between them does.
+        """
         task = self.task
         poles = slopes.Poles(self.loops, K)
         if not np.isfinite(poles.s).all():
-            return np.inf, 0 * K
+            return np.inf, None
         value, *where = poles.worst(self.regions)
+        S = partial(poles.slope, *where)
         if task.goal == DECAY:
             fast, *fastest = poles.worst(self.axis)
-            T = poles.slope(*fastest)
+            T = partial(poles.slope, *fastest)
             if value <= -MARGIN:
                 return fast, T
-            over = PENALTY * (value + MARGIN)
-            return fast + over, T + PENALTY * poles.slope(*where)
+            return fast + PENALTY * (value + MARGIN), lambda: T() + PENALTY * S()
         if not self.norms:
-            return value, poles.slope(*where)
+            return value, S
         if task.stable.distance(poles.s).min() <= -task.least_decay * (task.step or 1):
-            return np.inf, 0 * K
-        goal, S = task.goal, None
+            return np.inf, None
+        highest = most if task.goal is None else np.inf
         for r in task.bounded:
-            level, T = self._level(r, K, poles)
+            if value > highest:
+                break
+            level, T = self._level(r, K, poles, highest)
             if level > value:
-                value, S = level, T
-        if goal is None:
-            return value, poles.slope(*where) if S is None else S
-        level, T = self._level(goal, K, poles)
+                value, S = level, lambda T=T: T
+        if task.goal is None:
+            return value, S
+        level, T = self._level(task.goal, K, poles, most)
         if value > -MARGIN:
-            S = poles.slope(*where) if S is None else S
-            level, T = level + PENALTY * (value + MARGIN), T + PENALTY * S
-        return level, T
+            return level + PENALTY * (value + MARGIN), lambda: T + PENALTY * S()
+        return level, lambda: T
 
-    def _level(self, r, K, poles):
-        """The logarithm of what is reached over the bound, and its slope."""
-        reached, S = self._reached(r, K, poles)
+    def _level(self, r, K, poles, most):
+        """The logarithm of what is reached over the bound, and its slope, which is None
+        where the first is seen to be above ``most``.
+        """
+        bound = 1.0 if r is self.task.goal else r.bound
+        beyond = bound * np.exp(min(most + SURE, EXPONENT))
+        reached, S = self._reached(r, K, poles, beyond)
         if not 0 < reached < np.inf:
             return (-np.inf if reached == 0 else np.inf), 0 * K
         sign = -r.parameter.harder
-        bound = 1.0 if r is self.task.goal else r.bound
-        return sign * float(np.log(reached / bound)), sign * S / reached
+        slope = None if S is None else sign * S / reached
+        return sign * float(np.log(reached / bound)), slope
 
-    def _reached(self, r, K, poles):
+    def _reached(self, r, K, poles, beyond):
         try:
             if r.bounds_response() is not None:
-                return slopes.norm(self.loops, K, r, self.task.m, poles)
+                return slopes.norm(self.loops, K, r, self.task.m, poles, beyond)
             return slopes.reached(self.loops, K, r, self.task.m, self.unit)
         except np.linalg.LinAlgError:  # a pole on the axis, to rounding
             return np.inf, 0 * K

@@ -64,10 +64,11 @@ class Poles:
         return (turn * S).real
 
 
-def norm(loops, K, r, m, poles=None):
+def norm(loops, K, r, m, poles=None, beyond=np.inf):
     """The largest H-infinity norm of stable ``loops``, and its slope in ``K``, of the
     channel of ``r``, with ``m`` inputs u; ``poles`` are theirs, if known. A search in
-    frequency, no bound: what is proven of the gain is proven elsewhere.
+    frequency, no bound: what is proven of the gain is proven elsewhere. Where the first
+    frequencies show more than is ``beyond``, they do, and the slope is None.
     """
     W, C, D, through, noisy = loops.channel(r, m)
     _, B, _ = loops.matrices
@@ -77,7 +78,7 @@ def norm(loops, K, r, m, poles=None):
     s, modes, one = poles.s, poles.modes, np.eye(A.shape[1])
     sizes = np.abs(s)
     grid = np.geomspace(max(sizes.min(), 1e-9 * sizes.max()), sizes.max(), GRID)
-    grid = np.r_[0, grid, sizes.max() * BEYOND]
+    grid = np.concatenate([[0.0], grid, sizes.max() * BEYOND])
     omega = np.concatenate([np.tile(grid, (len(A), 1)), sizes, abs(s.imag)], axis=1)
     omega = np.sort(omega, axis=1)
     if modes is not None:
@@ -97,6 +98,8 @@ def norm(loops, K, r, m, poles=None):
         return _largest(answers + through[i, None])
 
     found = gains(np.arange(len(A)), omega)
+    if beyond < found.max() < np.inf:
+        return found.max(), None
     hills = np.ones(found.shape, bool)
     hills[:, 1:] = found[:, 1:] > found[:, :-1]
     hills[:, :-1] &= found[:, :-1] >= found[:, 1:]
@@ -137,7 +140,8 @@ def _summit(gains, omega):
             step = np.where(np.isfinite(step), step, 0)
             up = np.where(step == 0, b > a, step > 0)
             way, room, other = 2 * up - 1, np.where(up, b, a), np.where(up, a, b)
-            step = np.clip(abs(step), 1e-7 * mid + 1e-3 * room, 0.9 * room)
+            step = np.maximum(abs(step), 1e-7 * mid + 1e-3 * room)
+            step = np.minimum(step, 0.9 * room)
             behind = step + np.minimum(step, (room - step) / 2)
             behind = np.where(other > WIDER * room, -other / (2 * WIDER), behind)
             more = np.array([mid + way * step, mid + way * behind]).T
