@@ -134,3 +134,26 @@ def test_sums_of_rationals_don_t_depend_on_the_order_of_denominators():
     for order in ([0, 1, 2, 3, 4], [3, 4, 1, 0, 2]):
         found = adjoint([expressions[k] for k in order], [X], [Z[k] for k in order])
         assert found.tolist() == [wanted, 0, wanted]
+
+
+@pytest.mark.parametrize("unit", [1.0, 0.3, 9.81])
+@pytest.mark.parametrize("bounded", [True, False])
+def test_what_one_sum_has_alone_isn_t_solved_with_the_others(bounded, unit):
+    """P > 0 has an entry for each sum of P; bounds of u and gamma one for Y's."""
+    plant = sos.SecondOrderSystem(
+        M=np.diag([2.0, 1.0]) * unit,
+        D=[[0.4, -0.1], [-0.3, 0.2]],
+        S=[[6.0, -2.0], [-2.0, 4.0]],
+        B=np.eye(2),
+        F=np.eye(2),
+    )
+    asked = dict(region=sos.PoleRegion(1.0, rho=3.1), gamma=0.01 / unit)
+    if bounded:
+        asked = dict(
+            region=sos.PoleRegion(3.0, rho=3.1),
+            saturation=sos.Saturation(5, np.ones(4)),
+        )
+    refusal = sos.design_pid(plant, **asked).infeasibility
+    assert refusal.proven and refusal.verify()
+    digits = max(len(str(e)) for Z in refusal.multipliers.values() for e in Z.flat)
+    assert digits < 180  # solved together with the others: 196 to 297

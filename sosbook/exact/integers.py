@@ -342,8 +342,8 @@ def _ratio(text):
     short = isinstance(text, str) and len(text) < AT_ONCE
     if short and DECIMAL.fullmatch(text):
         return Decimal(text).as_integer_ratio()
-    long = isinstance(text, str) and AT_ONCE < len(text) <= MOST_DIGITS
-    if long and FRACTION.fullmatch(text):  # flint's gcd is swift
+    good = isinstance(text, str) and len(text) <= MOST_DIGITS
+    if good and FRACTION.fullmatch(text):  # flint's gcd is swift
         ratio = fmpq(*(fmpz(part) for part in text.split("/")))
         return int(ratio.p), int(ratio.q)
     return number(text).as_integer_ratio()

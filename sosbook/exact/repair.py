@@ -21,6 +21,7 @@ from .definite import definite, exact, in_floats
 from .rational import _matrix, round_digits
 
 MOST_NUMBERS = 2e8  # of the slopes by entries that are held at once: 1.6 GB
+OF_ITS_ROOM = 1e-3  # that an entry gives at most: what stays positive is checked
 
 
 def repair_multipliers(expressions, unknowns, Z, digits=15, free=None):
@@ -111,15 +112,18 @@ def _repaired(parts, expressions, unknowns, Z, stiff, residual, free):
 def _change(expressions, unknowns, stiff, residual, free):
     """Changes of few entries that make the sums equal a residual, or None.
 
-    A list of ((block, row, column), rational). Floats choose the entries.
+    A list of ((block, row, column), rational). An entry that one sum alone has, as each
+    of P's multiplier in P > 0, takes what is left of it: so only the other sums are
+    solved together, and the rationals stay short. Floats choose the entries.
     """
-    entries = [  # of the lower triangles
-        (k, i, j) for k, s in enumerate(stiff) for i, j in zip(*np.tril_indices(len(s)))
+    blocks = range(len(expressions))
+    entries = [  # of the lower triangles, block by block
+        (k, i, j) for k in blocks for i, j in zip(*np.tril_indices(len(stiff[k])))
     ]
     if len(entries) * len(residual) > MOST_NUMBERS:
         return None
     slopes = Blocks([in_floats(g) for g in expressions], unknowns).slopes
-    white = np.stack(
+    room = np.stack(
         [
             slopes[k][:, i, j]
             / np.sqrt(stiff[k][i] * stiff[k][j])
@@ -128,30 +132,58 @@ def _change(expressions, unknowns, stiff, residual, free):
         ],
         axis=1,
     )[free]
-    held = (white != 0).any(axis=1)  # variables that occur in a block
-    white = white[held]
-    white /= np.linalg.norm(white, axis=1)[:, None]
+    residual = residual[free]
+    own = _own_entries(room, residual)
+    held = (room != 0).any(axis=1)  # variables that occur in a block
+    held[list(own)] = False
+    lead, few = _solved_together(room, np.flatnonzero(held))
+    chosen = np.sort([*few, *own.values()])
+    some = [[entries[e][1:] for e in chosen if entries[e][0] == k] for k in blocks]
+    exactly = np.vstack([slopes_at(g, unknowns, e) for g, e in zip(expressions, some)])[
+        :, free
+    ].T
+    check_time()
+    together, change = np.isin(chosen, few), np.empty(len(chosen), object)
+    system, residual = exactly[np.ix_(lead, together)], residual[:, None]
+    try:
+        solved = _matrix(system).solve(_matrix(residual[lead]))
+    except ZeroDivisionError:
+        return None
+    change[together] = solved.entries()
+    left = _matrix(residual) - _matrix(exactly[:, together]) * solved
+    for a, e in own.items():
+        c = np.searchsorted(chosen, e)
+        change[c] = left[a, 0] / exactly[a, c]
+    if _matrix(exactly) * _matrix(change[:, None]) != _matrix(residual):
+        return None  # floats lost a variable
+    check_time()
+    return [(entries[e], c) for e, c in zip(chosen, change)]
+
+
+def _own_entries(room, residual):
+    """From a sum's index to an entry that no other sum has, and that has the room."""
+    found = {}
+    alone = np.flatnonzero((room != 0).sum(axis=0) == 1)
+    for a, left in enumerate(residual):
+        mine = alone[room[a, alone] != 0]
+        if len(mine):
+            best = mine[np.abs(room[a, mine]).argmax()]
+            if abs(float(left)) < OF_ITS_ROOM * abs(room[a, best]):
+                found[a] = best
+    return found
+
+
+def _solved_together(room, sums):
+    """Independent ones of the ``sums``, and as many entries with room for them."""
+    if not len(sums):
+        return sums, sums
+    white = room[sums] / np.linalg.norm(room[sums], axis=1)[:, None]
     lengths, order = qr(white.T, mode="r", pivoting=True)
     lengths = np.abs(lengths.diagonal())
     order = order[: (lengths > 1e-10 * lengths[0]).sum()]
-    lead = np.sort(np.flatnonzero(held)[order])
-    few = qr(white[order], mode="r", pivoting=True)[1]
-    few = sorted(entries[e] for e in few[: len(lead)])
-    some = [[(i, j) for block, i, j in few if block == k] for k in range(len(stiff))]
-    exact_slopes = np.vstack(
-        [slopes_at(g, unknowns, e) for g, e in zip(expressions, some)]
-    )[:, free].T
-    residual = residual[free, None]
-    check_time()
-    try:
-        change = _matrix(exact_slopes[lead]).solve(_matrix(residual[lead]))
-    except ZeroDivisionError:
-        return None
-    rest = len(lead) < len(residual)
-    if rest and _matrix(exact_slopes) * change != _matrix(residual):
-        return None  # floats lost a variable
-    check_time()
-    return list(zip(few, change.entries()))
+    lead = np.sort(sums[order])
+    few = qr(white[order], mode="r", pivoting=True)[1][: len(lead)]
+    return lead, np.sort(few)
 
 
 def _stays_positive(near, far):

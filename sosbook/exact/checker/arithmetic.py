@@ -292,6 +292,8 @@ def number(text):
 def integer(text):
     """Of any length: Python itself reads 4300 digits at once."""
     need(len(text) <= MOST_DIGITS + 1, "a number is too long")
+    if len(text) <= 4000:
+        return int(text)
     value, unsigned = 0, text.removeprefix("-")
     for k in range(0, len(unsigned), 4000):
         part = unsigned[k : k + 4000]

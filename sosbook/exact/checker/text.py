@@ -12,6 +12,7 @@ from .language import Reader, parse
 
 NO_SIZE = None, None  # of rows and columns
 DECIMAL = re.compile(r"[-+.e0-9]{1,30}", re.ASCII)
+RATIO = re.compile(r"0|-?[1-9]\d*(/[1-9]\d*)?", re.ASCII)
 
 
 def sane(name):
@@ -46,8 +47,7 @@ def number(text):
 
 def ratio(text):
     """A fraction in lowest terms, in a string."""
-    whole = r"0|-?[1-9]\d*(/[1-9]\d*)?"
-    good = isinstance(text, str) and re.fullmatch(whole, text, re.ASCII)
+    good = isinstance(text, str) and RATIO.fullmatch(text)
     top, under, bottom = text.partition("/") if good else ("0", "", "")
     bottom = integer(bottom or "1")
     value = Fraction(integer(top), bottom)

@@ -156,16 +156,15 @@ class EdgeSearch:
         return top
 
     def stands(self, place):
-        """True if a place has a certified design, in its own coordinates if it can."""
+        """True if a place has a certified design, if need be in its own coordinates."""
         design = self.at(place)
-        if not _feasible(design):
-            return False
+        if not _feasible(design) or certified(design):
+            return _feasible(design)
         if self.ask.sharpens(design):
             again = self.ask.solve(design, **{self.name: self.value(place)})
             if _feasible(again) and certified(again):
                 self.seen[place] = again
-                return True
-        return certified(design)
+        return self.seen[place] is not design
 
     def first_refusal(self, top, bad, near):
         """The first refused place from ``top`` to ``bad``, or None; see ``near``."""
