@@ -81,6 +81,12 @@ def pytest_collection_finish(session):
         mark.touch()
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_collect_file():
+    """Docstrings of tests have no examples; to look for some takes its time."""
+    return [x for x in (yield) if type(x).__name__ != "DoctestModule"]
+
+
 def collected(config):
     """The file that says that this worker has collected; None where no build runs."""
     mine, outcome = getattr(config, "workerinput", {}), os.environ.get("SOSBOOK_BUILT")
@@ -92,7 +98,7 @@ def pytest_collection_modifyitems(config, items):
     """Mark kinds, set timeouts; notebooks and long files first, browsers last."""
     if not config.getoption("--campaign", False):
         long = [x for x in items if x.get_closest_marker("campaign")]
-        items[:] = [x for x in items if x not in long]
+        items[:] = [x for x in items if not x.get_closest_marker("campaign")]
         config.hook.pytest_deselected(items=long)
     count = Counter(item.path for item in items)
     windows = set()

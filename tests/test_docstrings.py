@@ -191,3 +191,9 @@ def test_no_docstring_begins_as_a_question():
 
 def test_a_function_of_15_lines_has_a_docstring():
     assert not [place for place, lines, x in described() if lines >= 15 and not x]
+
+
+def test_no_docstring_of_a_test_has_an_example():
+    """Nobody would run it: pytest looks for examples in the package alone."""
+    for path in Path(__file__).parent.rglob("*.py"):
+        assert not re.search(r"^ *>>> ", path.read_text("utf-8"), re.MULTILINE), path

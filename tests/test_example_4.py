@@ -6,10 +6,8 @@ from scipy.optimize import brentq
 
 import sosbook as sos
 from sosbook.book import thesis
-from sosbook.book.reproduction import example_4
 
 EX = thesis.example_4()
-ROWS = {row.item: row for row in example_4.rows()}
 TRACKED = "the reference is tracked as expected, far from rest"
 M = np.diag([0.05, 0.1])
 
@@ -71,8 +69,9 @@ def test_one_p_serves_a_moving_factor(low, sigma):
         assert np.linalg.eigvalsh(N + N.T)[-1] < -2 * sigma
 
 
-def test_the_remaining_error_is_the_twist_of_the_shaft():
+def test_the_remaining_error_is_the_twist_of_the_shaft(rows):
     """The row names it; test_nonlinear has the arm at rest."""
     phi1 = brentq(lambda p: np.sin(p) + 50 * (p - np.pi / 2), 0, 2)
     assert abs(phi1 - np.pi / 2 + np.sin(phi1) / 50) < 1e-12
-    assert "(m g l / k) sin(phi1)" in ROWS[TRACKED].why
+    (row,) = (row for row in rows if row.item == TRACKED)
+    assert "(m g l / k) sin(phi1)" in row.why

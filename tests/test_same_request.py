@@ -68,12 +68,12 @@ def designed(region, **more):
 
 
 def analysed(region):
-    return sos.analyse_pid(one(), DESIGN.K, region=region)
+    return sos.analyse_pid(one(), design().K, region=region)
 
 
 def loop(region):
-    d = DESIGN.request.vertices[0]
-    return analyse_loop(d.E, d.A + d.Bu @ DESIGN.K, region=region)
+    d = design().request.vertices[0]
+    return analyse_loop(d.E, d.A + d.Bu @ design().K, region=region)
 
 
 def regulated(region):
@@ -84,17 +84,23 @@ def regulated(region):
 def with_input(region, share):
     plant = one()
     return designed(
-        region, saturation=sos.Saturation(share * LEAST, np.eye(2 * plant.n)[0])
+        region, saturation=sos.Saturation(share * least(), np.eye(2 * plant.n)[0])
     )
 
 
-DESIGN = designed(sos.PoleRegion(SIGMA, THETA, RHO))
-LEAST = sos.design_pid(
-    one(),
-    region=sos.PoleRegion(SIGMA, THETA, RHO),
-    saturation=sos.Saturation(None, np.eye(2 * one().n)[0]),
-    minimize="u_max",
-).request.saturation.u_max
+@cache
+def design():
+    return designed(sos.PoleRegion(SIGMA, THETA, RHO))
+
+
+@cache
+def least():
+    """The least bound of the input, from a unit of the first position."""
+    free = sos.Saturation(None, np.eye(2 * one().n)[0])
+    found = designed(design().request.region, saturation=free, minimize="u_max")
+    return found.request.saturation.u_max
+
+
 ASKED = {
     "design_pid": designed,
     "design_pid, pairs": lambda r: sos.design_pid(one(2), region=r),
