@@ -282,3 +282,36 @@ def test_gains_that_cancel_are_simulated_without_rounding_errors(size):
         how = dict(x0=[1, 0, 0.5], r=r, w=wave)
         x, y = (d.simulate(t, **how).x for d in (wanted, found))
         np.testing.assert_allclose(y, x, atol=1e-14 * size if size < 1e9 else 1e-12)
+
+
+@pytest.mark.parametrize("slope", [0.0, 0.9])
+def test_a_program_knows_no_velocity_of_its_set_point(slope):
+    """At quick ticks it moves as K_P e + K_D z' + K_I x3 does, along a ramp, too."""
+    plant = sos.SecondOrderSystem(
+        [[2, 0], [0, 1]], [[0.4, -0.1], [0.3, 0.2]], [[6, -2], [-2, 4]], np.eye(2)
+    )
+    design = sos.design_pid(plant, U=np.eye(2), region=sos.PoleRegion(0.8, rho=8))
+    level = np.array([0.5, -0.3])
+
+    def r(t):
+        return level * (slope * min(t, 1) if slope else 1)
+
+    ran = sos.Loop(plant, design).at(T=0.002).simulate(1.4, r=r)
+    K_P, K_D, K_I = np.hsplit(design.K, 3)
+
+    def rate(t, x):
+        z, dz, x3 = x.reshape(3, 2)
+        u = K_P @ (z - r(t)) + K_D @ dz + K_I @ x3
+        ddz = np.linalg.solve(plant.M, u - plant.D @ dz - plant.S @ z)
+        return np.concatenate([dz, ddz, z - r(t)])
+
+    times = np.ravel(ran.t)
+    meant = solve_ivp(
+        rate, (0, 1.4), np.zeros(6), t_eval=times, max_step=0.01, rtol=1e-8
+    )
+    moved = np.asarray(ran.x)[0, :, :2]
+    assert np.abs(moved - meant.y[:2].T).max() < 0.005 * np.abs(moved).max()
+    along = [sos.Ramps([0, 1, 9], [0 * level, slope * level, slope * level]), level]
+    free = design.simulate(times, r=along[slope == 0])
+    apart = np.abs(free.z.T - moved).max()
+    assert (apart > 0.1 * np.abs(moved).max()) == (slope > 0)

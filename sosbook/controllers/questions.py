@@ -129,7 +129,9 @@ class Questions(ReadOnly):
         seconds : float
             How long.
         r, w : array_like or callable, optional
-            Set points and disturbances, constant or functions of the time.
+            Set points and disturbances, constant or functions of the time. A program
+            knows no velocity of a set point: where r moves, its u is that of the loop
+            in continuous time without K_D r'.
         **more
             ``x0``, at the start; ``plants``, others than the vertices, as `Descriptor`;
             ``friction``, Coulomb's on each coordinate; ``backlash``, a `Backlash`;
