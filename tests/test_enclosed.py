@@ -12,7 +12,8 @@ from flint import ctx
 from sosbook.exact.checker import arithmetic as a
 from sosbook.exact.checker.kernel import check
 from sosbook.exact.checker.language import Reader, Val
-from sosbook.exact.integers import Ball, Enclosing
+from sosbook.exact.enclosing import Ball, Enclosing
+from sosbook.exact.proof import Examined
 from tests.cases import seeds
 
 UNIT = mpmath.mpf(2) ** -a.BALL
@@ -118,6 +119,33 @@ def test_exponentials_norms_and_signs_are_those_of_every_member(seed, reader):
         for share, so in ((Fraction(999, 1000), True), (Fraction(1001, 1000), False)):
             ball = a.Mat(n, n, S.near().a, 1 << a.BALL, int(units * share))
             assert a.definite(ball.below()) is so
+
+
+@pytest.mark.parametrize("seed", seeds(4))
+def test_the_exponential_of_what_stands_still_is_the_identity(seed):
+    rng = random.Random(seed)
+    n, still = rng.randint(2, 6), rng.randint(0, 1)
+    p = drawn(rng, n, n, rng.choice(SIZES))
+    for k in {still, n - 1 - still}:
+        p[k] = [Fraction(0)] * n
+        for u in p:
+            u[k] = Fraction(0)
+    row = drawn(rng, n, n, 1)
+    row[still] = [Fraction(0)] * n  # moves others, and isn't moved
+    for x in (p, row, [[Fraction(0)] * n] * n):
+        E = exponential(a.gather(x, n), Enclosing)
+        assert inside(E, mpmath.expm(matrix(x))) and E.e < 1 << 70
+    assert E.e < 1 << 10
+
+
+@pytest.mark.parametrize("less, proven", [("-1e-33", True), ("1e-33", False)])
+def test_where_few_bits_prove_too_little_the_most_decide(less, proven):
+    whole = file_of("a: near(one) - less - one > 0", one=[["1"]], less=[[less]])
+    whole["kind"] = "sampled"
+    assert Examined.by_kernel(whole, ["said"], {}).proven is proven
+    whole["text"] = ("p = near(one) - less - one", "a: at(p, 1, 1) > 0")
+    with pytest.raises(a.Refused, match="exact"):
+        Examined.by_kernel(whole, ["said"], {})
 
 
 @pytest.mark.parametrize("seed", seeds(4))

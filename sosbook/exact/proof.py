@@ -9,7 +9,7 @@ from flint import ctx
 from ..runtime.threads import one_thread
 from ..runtime.time_limit import OutOfTime, check_time, checked_seconds, time_limit
 from .checker import kernel
-from .checker.arithmetic import BALL, scalar
+from .checker.arithmetic import Refused, scalar
 from .definite import definite, positive, semidefinite
 from .integers import Integers, as_rational, swiftest
 from .rational import digit_count
@@ -96,9 +96,10 @@ class Examined:
     def by_kernel(cls, whole, claims, names):
         """The kernel's verdict on the file ``whole``, with its ``claims``.
 
-        Blocks have ``names`` by their labels; without any the labels are names.
+        Blocks have ``names`` by their labels; without any the labels are names. Where
+        few bits of what is enclosed prove too little, the most decide.
         """
-        failed = []
+        failed, reader = [], swiftest(whole)
 
         def decide(label, x, semi):
             check_time()
@@ -114,8 +115,17 @@ class Examined:
             failed.append(names.get(label, label))
             return True  # what fails is listed, and the others are looked at
 
-        with ctx.workprec(2 * BALL):
-            value = kernel.check(whole, decide, swiftest(whole)).value
+        for bits in reader.bits:
+            failed.clear()
+            try:
+                with ctx.workprec(bits):
+                    value = kernel.check(whole, decide, reader).value
+            except Refused:
+                if bits == reader.bits[-1]:
+                    raise
+            else:
+                if not failed:
+                    break
         value = None if value is None else nearest(value)
         return cls(() if failed else tuple(claims), None, tuple(failed), value)
 

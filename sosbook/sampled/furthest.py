@@ -14,8 +14,8 @@ from ..runtime.time_limit import OutOfTime, checked_seconds
 from ..runtime.time_limit import time_limit as limited
 from .channel import checked_norm
 from .discretize import by_name
-from .proof import by_balls, unproven
-from .proof_file import SampledProof, in_text
+from .proof import search, unproven
+from .proof_file import SampledProof
 
 __all__ = ["furthest_sampled"]
 
@@ -93,7 +93,7 @@ def furthest_sampled(
         values[find] = end if find == "rate" else (near, end)
         if find == "norm":
             values[find] = norm.with_bound(end)
-        tried.append(by_balls(plant, K, **values))
+        tried.append(search(plant, K, **values))
         return tried[-1].proven
 
     seconds, begun = checked_seconds(time_limit), monotonic()
@@ -108,9 +108,9 @@ def furthest_sampled(
     if proofs:
         left = None if seconds is None else seconds - (monotonic() - begun)
         late = left is not None and left <= 0
-        return proofs[-1] if late else in_text(proofs[-1], left)
+        return proofs[-1].by_balls if late else proofs[-1].in_text(left)
     if tried:
-        return tried[-1]
+        return tried[-1].by_balls
     asked = {k: x for k, x in asked.items() if k in ("U", "centre", "norm")}
     asked["rate"] = slowest
-    return unproven(Stopped(seconds).why, plant, K, T, delay, **asked)
+    return unproven(Stopped(seconds).why, plant, K, T, delay, **asked).by_balls

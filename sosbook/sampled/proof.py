@@ -21,7 +21,7 @@ from .channel import checked_norm
 from .cover import cover
 from .discretize import by_name, input_vertices
 from .loops import BALL_BITS, SampledFamily
-from .proof_file import MORE, PARTS, SampledProof, in_text, undecided
+from .proof_file import MORE, PARTS, Found, SampledProof, undecided
 from .timing import TimeBox
 
 __all__ = ["SampledProof", "certify_sampled"]
@@ -131,16 +131,21 @@ def certify_sampled(
     """
     begun = monotonic()
     asked = U, rate, digits, cells, centre, norm, time_limit, progress
-    found = by_balls(plant, K, T, delay, *asked)
+    found = search(plant, K, T, delay, *asked)
     left = None if time_limit is None else time_limit - (monotonic() - begun)
-    return found if left is not None and left <= 0 else in_text(found, left)
+    return found.by_balls if left is not None and left <= 0 else found.in_text(left)
 
 
-def by_balls(
+def by_balls(plant, K, T, delay=0.0, **asked):
+    """As `certify_sampled`, of what is ``asked``: it has no text, and balls decide."""
+    return search(plant, K, T, delay, **asked).by_balls
+
+
+def search(
     plant, K, T, delay=0.0, U=None, rate=1.0, digits=None, cells=64, centre=0.0,
     norm=None, time_limit=None, progress=False,
 ):  # fmt: skip
-    """As `certify_sampled`, for a search: the proof has no text, and balls decide."""
+    """What is `Found` for a proof: see `certify_sampled`."""
     rate, centre = _rate(rate), finite("centre", centre)
     plant = plant_of(checked_plant(plant, of="a clock"), K)
     clocks, floats = TimeBox.of(T, delay), input_vertices(plant, U)
@@ -161,8 +166,7 @@ def by_balls(
 
     whole = is_controller(K)
 
-    def attempt(digits, _, plant=plant, cells=cells):
-        floats = input_vertices(plant, U)
+    def attempt(digits, _, plant=plant, floats=floats, cells=cells):
         gain = K if whole else round_digits(timing.gain(K, floats[0]), digits)
         with ctx.workprec(BALL_BITS):
             family = SampledFamily.of(plant, floats, timing, gain, centre, norm)
@@ -173,19 +177,21 @@ def by_balls(
             if tree is not None and not box.cuts:
                 tree = {PARTS: box.parts} | tree
         asked = plant, U, T, delay, gain, rate, tree, failed, centre, norm
-        return SampledProof.of(SampledProof.contents(*asked))
+        shape = family.shape if tree is not None and box.cuts else None
+        return Found(SampledProof.contents(*asked), shape)
 
     tries, few = (17,) if whole else DIGITS, cells
 
     def work():
         nonlocal few
         first = first_proven(attempt, digits, tries, places=(12,))
-        while time_limit is not None and undecided(few) in str(first):
+        while time_limit is not None and undecided(few) in first.failed:
             few *= MORE
             more = partial(attempt, cells=few)
             first = first_proven(more, digits, tries, places=(12,))
         for nearer in () if first.proven else _nearer(plant):
-            found = attempt(tries[-1] if digits is None else digits, 12, nearer)
+            more = nearer, input_vertices(nearer, U)
+            found = attempt(tries[-1] if digits is None else digits, 12, *more)
             if found.proven:
                 return found
         return first
@@ -198,11 +204,11 @@ def by_balls(
 
 
 def unproven(why, plant, K, T, delay, U=None, rate=1.0, centre=0.0, norm=None):
-    """The `SampledProof` of what wasn't proven, and ``why``, in words."""
+    """`Found` nothing, and ``why``, in words."""
     if not is_controller(K):
         K = TimeBox.of(T, delay).of_controller(K).gain(K, input_vertices(plant, U)[0])
     asked = plant, U, T, delay, K, rate, None, why, centre, norm
-    return SampledProof.of(SampledProof.contents(*asked))
+    return Found(SampledProof.contents(*asked))
 
 
 def _nearer(plant):

@@ -1,5 +1,7 @@
 """Proofs in ball arithmetic as files: the matrices that a reader needs."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from flint import ctx
 
@@ -163,26 +165,41 @@ class SampledProof(ProofFile):
         return data | ({"undecided": failed} if tree is None else {})
 
 
-def in_text(proof, seconds=None):
-    """A ``proof`` by balls as one with a text; itself where none is found in time."""
-    data = proof.data
-    if not proof.proven or "frames" in data:
-        return proof
-    plant, U = _read_plant(data)
-    vertices = input_vertices(plant, U)
-    clocks = TimeBox.of(*(_read_range(data[x]) for x in ("T", "delay")))
-    if not clocks.cuts:
-        return proof
-    K, norm = _read_controller(data, plant.p), _read_norm(data)
-    try:
-        with time_limit(seconds):
-            with ctx.workprec(BALL_BITS):
-                shape = _family(plant, vertices, clocks, K, 0.0, norm).shape
-            framed = with_frames(data, shape)
-            found = None if framed is None else SampledProof.of(framed)
-            return found if found else proof
-    except OutOfTime:
-        return proof
+@dataclass(frozen=True, eq=False)
+class Found:
+    """The result of a search in balls: the ``data`` of a file without a text.
+
+    ``shape`` is the `PlantShape` of its cells; None where no text says the proof.
+    """
+
+    data: dict
+    shape: PlantShape | None = None
+
+    @property
+    def proven(self):
+        """True if there are cells; whether they prove it the file decides."""
+        return self.data["cells"] is not None
+
+    @property
+    def failed(self):
+        """The words for what wasn't proven."""
+        return self.data.get("undecided", "")
+
+    @property
+    def by_balls(self):
+        """The proof that balls decide."""
+        return SampledProof.of(self.data)
+
+    def in_text(self, seconds=None):
+        """The proof with a text; by balls where none is found in some ``seconds``."""
+        try:
+            with time_limit(seconds):
+                framed = self.shape and with_frames(self.data, self.shape)
+                if framed and (proof := SampledProof.of(framed)):
+                    return proof
+        except OutOfTime:
+            pass
+        return self.by_balls
 
 
 def _family(plant, vertices, clocks, K, centre, norm):

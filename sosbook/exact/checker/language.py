@@ -34,8 +34,10 @@ from .arithmetic import (
 # ---- 1. From a text to steps
 
 TOKEN = re.compile(
-    r"\s*(\d+(?:\.\d+)?|[A-Za-z]\w*(?:\.\w+)*|>=|==|[-+/'^()\[\],;:=>.])", re.ASCII
+    r"\s*(?:(\d+(?:\.\d+)?|[A-Za-z]\w*(?:\.\w+)*|>=|==|[-+/'^()\[\],;:=>.])|\S)",
+    re.ASCII,
 )
+FACTOR = re.compile(r"[\w(\[]", re.ASCII)  # how one begins that can follow another
 WORDS = {  # with how many arguments, at least
     **dict(he=1, inv=1, tr=1, I=1, rows=1, cols=1, exp=1, near=1, norm=1, most=1),
     **dict(kron=2, O=2, pick=3, at=3),
@@ -46,13 +48,8 @@ class Parser:
     """The tokens of a line, read from the left into nested tuples."""
 
     def __init__(self, text):
-        text = text.split("#")[0].rstrip()
-        self.t, self.k, at = [], 0, 0
-        while at < len(text):
-            m = TOKEN.match(text, at)
-            need(m, f"not understood: {text[at:]!r:.40}")
-            self.t.append(m[1])
-            at = m.end()
+        self.t, self.k = TOKEN.findall(text.split("#")[0]), 0
+        need("" not in self.t, f"not understood: {text!r:.60}")
 
     def next(self, *wanted):
         token = self.t[self.k] if self.k < len(self.t) else ""
@@ -76,7 +73,7 @@ class Parser:
         while True:
             if self.next("/"):
                 left = ("div", left, self.factor())
-            elif self.k < len(self.t) and re.match(r"[\w(\[]", self.t[self.k]):
+            elif self.k < len(self.t) and FACTOR.match(self.t[self.k]):
                 left = ("mul", left, self.factor())
             else:
                 return left
@@ -118,38 +115,42 @@ class Parser:
                 rows.append([])
 
 
-@lru_cache(maxsize=16)
 def parse(text):
     """The steps of a text: definitions, statements, and loops over them."""
     program, names = [], set()
-    for line in text.split("\n"):
-        p = Parser(line)
-        if not p.t:
-            continue
-        inner = line[:1] == " "
-        if p.t[0] == "for":
-            loop = line.split("#")[0].strip()
-            m = re.fullmatch(r"for (\w+(?:, \w+)*) in (\w+):", loop, re.ASCII)
-            need(m and not inner, "for i, j in pairs: is the only loop")
-            program.append(("for", m[1].split(", "), m[2], []))
-            continue
-        good = not inner or (program and program[-1][0] == "for")
+    for line in filter(step_of, text.split("\n")):
+        step, inner = step_of(line), line[:1] == " "
+        loop = step[0] == "for"
+        good = not inner or (not loop and program and program[-1][0] == "for")
         need(good, "an odd indent")
-        body = program[-1][3] if inner else program
-        name, mark = p.next(), p.next(":", "=")
-        need(name not in WORDS and name[:1].isalpha(), f"{name!r} can't be a name")
-        need(mark, f"{line!r:.60} is neither a definition nor a statement")
-        x = p.expression()
-        if mark == "=":
-            need(name not in names, f"{name} is defined twice")
-            names.add(name)
-            body.append(("let", name, x))
-        else:
-            sign = p.next(">", ">=", "==")
-            need(sign, f"{name} states nothing")
-            body.append((sign, name, x, p.expression()))
-        need(p.k == len(p.t), f"too much in {line!r:.60}")
+        (program[-1][3] if inner else program).append((*step, []) if loop else step)
+        if step[0] == "let":
+            need(step[1] not in names, f"{step[1]} is defined twice")
+            names.add(step[1])
     return program
+
+
+@lru_cache(maxsize=4096)  # files of one kind have most lines in common
+def step_of(line):
+    """The step of a line, of a loop its head; None of an empty one."""
+    p = Parser(line)
+    if not p.t:
+        return None
+    if p.t[0] == "for":
+        loop = line.split("#")[0].strip()
+        m = re.fullmatch(r"for (\w+(?:, \w+)*) in (\w+):", loop, re.ASCII)
+        need(m, "for i, j in pairs: is the only loop")
+        return "for", m[1].split(", "), m[2]
+    name, mark = p.next(), p.next(":", "=")
+    need(name not in WORDS and name[:1].isalpha(), f"{name!r} can't be a name")
+    need(mark, f"{line!r:.60} is neither a definition nor a statement")
+    step = "let", name, p.expression()
+    if mark == ":":
+        sign = p.next(">", ">=", "==")
+        need(sign, f"{name} states nothing")
+        step = sign, name, step[2], p.expression()
+    need(p.k == len(p.t), f"too much in {line!r:.60}")
+    return step
 
 
 # ---- 2. Values, and how a sum of them leads back
@@ -181,9 +182,8 @@ def summand(z, x):
 class Reader:
     """The values of a text's names; unknowns stand for themselves."""
 
-    read = staticmethod(read)
-    joined = staticmethod(joined)
-    kron = staticmethod(kron)
+    read, joined = staticmethod(read), staticmethod(joined)
+    kron, inverse = staticmethod(kron), staticmethod(inverse)
 
     def __init__(self, data, unknowns=(), sets=(), point=False):
         self.given, self.sets = {*data, *unknowns}, dict(sets)
@@ -259,7 +259,7 @@ class Reader:
 
     def op_inv(self, a):
         need(a.back is None, "the inverse of an unknown")
-        return Val(1 / a.v if scalar(a.v) else inverse(a.v))
+        return Val(1 / a.v if scalar(a.v) else self.inverse(a.v))
 
     def op_pow(self, a, k):
         need(a.back is None and scalar(a.v) and k.v < 10, "no power of a number")

@@ -51,14 +51,14 @@ class Ticks:
         t, self.d = Text(d), d
         self.t = t
         vertices, self.N, self.g, self.p = sizes = plant(t, d)
-        self.many = len(vertices)
+        self.many, given = len(vertices), t.values()
         self._clock()
         self.h = self.k = 0
         if d["norm"] is not None:
             self._channel(d["norm"], sizes)
         self.m = self.g + self.k
         self._law(d["K"])
-        self._plants()
+        self._plants(given)
 
     def _clock(self):
         """The ends of T, and of what a delay leaves beyond its whole ticks."""
@@ -161,17 +161,19 @@ class Ticks:
             t.write(f"keep = [law.B, O({q}, {order - N}), law.A, {wide}]")
         return q, read
 
-    def _plants(self):
-        """E and [A B] of the corners; where a mean keeps E^-1 [A B] one, E is one."""
+    def _plants(self, given):
+        """E and [A B] of the corners; where a mean keeps E^-1 [A B] one, E is one.
+
+        The values of all parts are ``given``.
+        """
         t, N, order = self.t, self.N, self.d["corners"]
         parts = ["A", "Bu", *["Bw"] * bool(self.k)]
         self.axes = 0
         if order is not None:
             self.axes = self._box(order, ["E", *parts])
         self.corners = [str(i + 1) for i in order or range(self.many)]
-        values = t.values()
-        E = [values[f"E.{i}"] for i in self.corners]
-        points = [tuple(e for x in ("E", *parts) for e in columns(values[f"{x}.{i}"]))
+        E = [given[f"E.{i}"] for i in self.corners]
+        points = [tuple(e for x in ("E", *parts) for e in columns(given[f"{x}.{i}"]))
                   for i in self.corners]  # fmt: skip
         mean = separable(E, points, self.axes) if self.axes else suffice(E, points)
         both = "[A.i, Bu.i]"
