@@ -9,12 +9,16 @@ import numpy as np
 import pytest
 from flint import ctx
 
+import sosbook as sos
+from sosbook.exact import proof_file, rounded
 from sosbook.exact.checker import arithmetic as a
 from sosbook.exact.checker.kernel import check
 from sosbook.exact.checker.language import Reader, Val
 from sosbook.exact.enclosing import Ball, Enclosing
 from sosbook.exact.proof import Examined
+from sosbook.exact.rounded import Rounded, Rounding, surely
 from tests.cases import seeds
+from tests.test_balls import binary, hard, truly
 
 UNIT = mpmath.mpf(2) ** -a.BALL
 SIZES = Fraction(1, 10**5), Fraction(1, 10), Fraction(1), Fraction(9)
@@ -192,8 +196,68 @@ def test_a_ball_is_never_taken_for_its_middle(of):
             use()
 
 
+def held(x):
+    """A ball of the norm around `Rounded`."""
+    middle = a.gather([[Fraction(e) for e in u] for u in x.m.tolist()], x.c).near()
+    return widened(middle, int(Fraction(x.off) * (1 << a.BALL)) + 1)
+
+
+@pytest.mark.parametrize("seed", seeds(8))
+def test_floats_with_a_bound_hold_what_is_made_of_members(seed):
+    rng = random.Random(seed)
+    n, m, k = (rng.randint(1, 6) for _ in range(3))
+    size = rng.choice((*SIZES, Fraction(3, 80)))
+    x, y = (a.gather(drawn(rng, *s, size), s[1]) for s in ((n, m), (m, k)))
+    z = a.gather(drawn(rng, n, n, size), n)
+    wide = Rounded.of(y)
+    wide.off += 10.0 ** rng.uniform(-16, -4)
+    for p, q in ((Rounded.of(x), y), (x, wide), (Rounded.of(x), wide)):
+        P, Q = (member(rng, held(u)) if isinstance(u, Rounded) else matrix(u)
+                for u in (p, q))  # fmt: skip
+        both = p @ q
+        assert inside(held(both), P * Q)
+        tight = n + m + k + 3 * abs(float(Fraction(wide.off)) / 2**-53)
+        assert both.off <= 2**-50 * tight * (1 + float(size)) ** 2 * 6**2
+        q = Rounded.of(q)
+        assert inside(held(q + q), 2 * Q) and inside(held(q.T), Q.T)
+        assert inside(held(q.times(Fraction(-3, 7))), Q * -3 / 7)
+        assert inside(held(q.cut(0, 1, 0, k)), Q[0, :])
+        true = np.linalg.norm(np.array(Q.tolist(), float), 2)
+        assert true * (1 - 1e-12) <= float(q.norm()) <= true * 1.12 + 2 * wide.off
+    for off in (0.0, 1e-9, 1e-3):
+        ball = Rounded.of(a.gather(drawn(rng, n, n, size), n))
+        ball.off += off
+        E = ball.exponential()
+        assert inside(held(E), mpmath.expm(member(rng, held(ball))))
+        assert E.off <= (ball.off + 1e-14) * 100 * np.exp(2 * ball.long)
+    whole = Rounding({}).joined(n + m, n + k, [(0, 0, Rounded.of(z)), (n, n, wide)])
+    assert inside(held(whole).cut(n, m, n, k), matrix(held(wide)))
+    assert whole.off >= wide.off
+
+
+@pytest.mark.parametrize("seed", seeds(2))
+def test_floats_with_a_bound_never_prove_what_may_be_false(seed):
+    rng, proven = np.random.default_rng(seed), 0
+    for _ in range(200):
+        m = hard(rng, int(rng.integers(1, 7)))
+        off = abs(m).max() * rng.choice([0.0, 1e-16, 1e-12, 1e-6])
+        if Rounded(m / 2, off).positive():
+            proven += 1
+            far = binary(2 * off * np.eye(len(m)))
+            assert truly(binary(m) - far)
+    assert proven > 20
+
+
 def file_of(*lines, **data):
     return dict(text=lines, data=data, sets={}, unknowns={}, point={})
+
+
+SURE = {  # by floats
+    "a: 5.6 - norm([3, 4]) > 0",
+    "a: [exp(X), 0; 0, 1] exp([0, 1; -1, 0]) > 0",
+    "a: most(2, norm(I(3)), 1) - 2 >= 0",
+    "a: norm([3, 4]) - 5 >= 0",
+}
 
 
 @pytest.mark.parametrize(
@@ -216,6 +280,8 @@ def file_of(*lines, **data):
 )
 def test_a_text_may_speak_of_enclosed_matrices(line, good):
     file = file_of(line, X=[["1"]])
+    sure = surely(file)
+    assert sure is (line in SURE) and (good or not sure)
     for reader in (Reader, Enclosing):
         if good:
             assert check(file, of=reader) == ["a"]
@@ -241,3 +307,21 @@ def test_products_of_long_rows_are_those_entry_by_entry(columns):
             sum(u * v for u, v in zip(x.a[0], column)) for column in zip(*mixed)
         ]
     assert (a.zeros(2, 0) @ a.zeros(0, columns)).a == [[0] * columns] * 2
+
+
+def test_floats_prove_a_long_text_and_rationals_what_is_saved(tmp_path, monkeypatch):
+    monkeypatch.setattr(proof_file, "LONG", 0)
+    plants = sos.Polytope(
+        [sos.SecondOrderSystem([[m]], [[0.003]], [[9.81]], [[1]]) for m in (0.9, 1.1)]
+    )
+    asked = plants, [[-1, -1.2]], (0.1, 0.2), (0, 0.03)
+    proof = sos.certify_sampled(*asked)
+    assert proof.proven and proof.examined.by_floats and proof.settled
+    assert min(proof.blocks.values()) > 0
+    read = proof_file.load(proof.save(tmp_path / "p.json") or tmp_path / "p.json")
+    assert read.proven and not read.examined.by_floats and read.claims == proof.claims
+    monkeypatch.setattr(rounded, "surely", lambda whole: False)
+    other = sos.certify_sampled(*asked)
+    assert other.text == proof.text and other.proven
+    proof_file._remembered.cache_clear()
+    assert not type(proof).of(proof.data).examined.by_floats

@@ -47,7 +47,7 @@ class Ball(Mat):
         """A `Mat` x as one of these."""
         if isinstance(x, cls):
             return x
-        rows = [[e and _nearest(Fraction(e, x.d)) for e in u] for u in x.exact().a]
+        rows = [[e and nearest(Fraction(e, x.d)) for e in u] for u in x.exact().a]
         m = np.array(rows, float).reshape(x.r, x.c)
         return cls(m, UNIT * np.abs(m), x.r == x.c and x == x.T)
 
@@ -84,7 +84,7 @@ class Ball(Mat):
     __radd__ = __add__
 
     def times(self, f):
-        g = _nearest(f)
+        g = nearest(f)
         m = self.m * g
         e = MORE * (abs(g) * self.e + 3 * UNIT * np.abs(m)) + TINY
         return Ball(m, e, self.even)
@@ -115,8 +115,8 @@ def _turned(x):
     return np.swapaxes(x, -1, -2)
 
 
-def _nearest(f):
-    """The float nearest to a rational: relative error at most `UNIT`."""
+def nearest(f):
+    """The float nearest to a rational f: relative error at most `UNIT`."""
     g = float(f)
     if f and not TINY < abs(g) < 1 / TINY:
         raise Unsure("a number is too large or too small")

@@ -124,22 +124,28 @@ class Ball(Integers):
 
 
 class Enclosing(Swift):
-    """A `Reader` of such balls, of as many bits as python-flint works with."""
+    """A `Swift` reader of such balls, of as many bits as python-flint works with.
+
+    For ``data``, ``unknowns``, ``sets`` and ``point`` see `Reader`.
+    """
 
     bits = 96, 2 * BALL
 
     def op_near(self, a):
+        """A ball around the value a."""
         return Val(Ball.of(certain(a)))
 
     def op_exp(self, a):
+        """The exponential of the value a."""
         return Val(Ball.of(certain(a)).exponential())
 
     def op_norm(self, a):
+        """A number above the norms of the value a."""
         return Val(Ball.of(certain(a)).norm())
 
     @staticmethod
     def joined(r, c, parts):
-        """See `arithmetic.joined`."""
+        """The r x c matrix of ``parts``: see `arithmetic.joined`."""
         if not any(x.e for *_, x in parts):
             return Swift.joined(r, c, parts)
         return Ball(placed(arb_mat, r, c, [(*p, Ball.of(p[2]).m) for p in parts]))

@@ -186,7 +186,9 @@ class Swift(Reader):
 
 
 def placed(kind, r, c, parts):
-    """The r x c matrix of python-flint with some ``parts``: (top, left, `Mat`, its)."""
+    """The r x c matrix of a ``kind`` of python-flint with some ``parts``: each is
+    (top, left, `Mat`, its).
+    """
     flat = [0] * (r * c)
     for top, left, x, matrix in parts:
         entries = matrix.entries()
@@ -194,17 +196,6 @@ def placed(kind, r, c, parts):
             at = (top + k) * c + left
             flat[at : at + x.c] = entries[k * x.c : k * x.c + x.c]
     return kind(r, c, flat)
-
-
-def swiftest(whole):
-    """The `Reader` of a ``whole`` file: of enclosed matrices, or of rational ones."""
-    from .checker.verdict import FOLDED  # a first design needs no verdict
-
-    if whole.get("kind") != FOLDED:
-        return Swift
-    from .enclosing import Enclosing
-
-    return Enclosing
 
 
 def _marked(loop):

@@ -16,8 +16,8 @@ from .balls import certain
 from .checker import kernel, verdict
 from .checker.arithmetic import Beyond, Refused
 from .definite import definite
-from .integers import as_rational, swiftest
-from .proof import Examined, Verdict, nearest
+from .integers import as_rational
+from .proof import Examined, Verdict, nearest, swiftest
 from .rational import decimals, read_array
 
 KINDS = {  # whose class each kind is, by its module: it is found when a file names it
@@ -302,14 +302,22 @@ class Written:
         return dict(zip(self.keys, cls.named(data, self.keys.values()), strict=True))
 
 
+def _by_floats(whole, text):
+    """True if floats are sure of a ``whole`` file that is long."""
+    if whole["kind"] != verdict.FOLDED:
+        return len(text) > LONG and certain(whole)
+    from .rounded import surely
+
+    return sum(map(len, whole["text"])) > LONG and surely(whole)
+
+
 def _examined(cls, text, said=None):
     """The verdict on a text that was just written, or on one from elsewhere.
 
     Floats with bounds of their errors may decide what was just written, where that is
     faster; what comes from elsewhere, and what is saved, is decided in rationals.
     """
-    plain = said and said.whole["kind"] != verdict.FOLDED  # floats enclose nothing
-    if plain and len(text) > LONG and certain(said.whole):
+    if said and _by_floats(said.whole, text):
         return Examined(tuple(said.claims), None, (), by_floats=True)
     try:
         kind, data = parse(text)

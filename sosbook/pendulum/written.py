@@ -105,6 +105,10 @@ def _proofs(deployment, name):
             for k, proof in enumerate(unequal, 1)
             if proof.settled
         },
-        **{f"proof_{name}{file}.json": proof.text for file, proof in proofs.items()},
+        **{
+            f"proof_{name}{file}.json": proof.text
+            for file, proof in proofs.items()
+            if proof.settled or not proof.proven
+        },
         "check_proof.py": in_one_file(),
     }

@@ -145,7 +145,7 @@ def search(
     plant, K, T, delay=0.0, U=None, rate=1.0, digits=None, cells=64, centre=0.0,
     norm=None, time_limit=None, progress=False,
 ):  # fmt: skip
-    """What is `Found` for a proof: see `certify_sampled`."""
+    """The cells of a proof, `Found` in balls: of what `certify_sampled` is asked."""
     rate, centre = _rate(rate), finite("centre", centre)
     plant = plant_of(checked_plant(plant, of="a clock"), K)
     clocks, floats = TimeBox.of(T, delay), input_vertices(plant, U)
