@@ -654,6 +654,7 @@ SPEAKERS = {
     "Bound": "a number: the bound that its part proves",
     "Bounded": "a number in balls, which the report of a controller repeats",
     "Examined": "the verdict on a file",
+    "Found": "the cells of a search, for the file that decides whether they prove it",
     "Margin": "a number of a disk of gains that balls leave stable",
     "Cut": "a disk of gains that balls leave stable, or not",
     "Edge": "its design.certify() and its refusal's infeasibility",
