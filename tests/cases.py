@@ -40,6 +40,17 @@ def by_turns(values, turn, of=2):
     return [*values[turn::of], *campaign(others)]
 
 
+def crossed(some, others):
+    """Pairs of both, as on a chessboard: the gate takes those on fields of one colour,
+    where each value meets half of the others; those between wait for the campaign.
+    """
+    pairs = [
+        ((i + j) % 2, x, y) for i, x in enumerate(some) for j, y in enumerate(others)
+    ]
+    now, between = ([(x, y) for c, x, y in pairs if c == k] for k in (0, 1))
+    return [*now, *later(*between)]
+
+
 def seeds(count):
     """A third of some seeds, at least two; the others wait for the campaign."""
     now = max(2, -(-count // 3))

@@ -21,7 +21,7 @@ from benchmarks.robustness import SYSTEMS, asked_in_units
 from benchmarks.truth import broken, poles
 from sosbook.book import thesis
 from sosbook.book.plots import profiles
-from tests.cases import by_turns, campaign
+from tests.cases import by_turns, campaign, crossed
 
 HOME = Path(run.__file__).parent
 PROFILE, WAITING = HOME / "profile.json", HOME / "waiting.json"
@@ -148,8 +148,9 @@ def test_a_wrong_answer_has_no_time_that_counts(monkeypatch):
     assert profiles.times([row]) == {("f", 2): {"clarabel": math.inf}}
 
 
-@pytest.mark.parametrize("steady", [True, False])
-@pytest.mark.parametrize("step", [1e-6, 1e-4, 0.004, 0.01])
+@pytest.mark.parametrize(
+    "step, steady", crossed([1e-6, 1e-4, 0.004, 0.01], [True, False])
+)
 @pytest.mark.parametrize("price", [0.0013, 0.0071, 0.09])
 def test_a_clock_with_ticks_tells_the_time_of_a_short_call(
     monkeypatch, step, price, steady

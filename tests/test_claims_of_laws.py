@@ -7,6 +7,7 @@ import sosbook as sos
 from sosbook.exact.checker import verdict
 from sosbook.exact.checker.families import listed
 from sosbook.runtime.names import claimed
+from tests.cases import crossed
 
 
 def tower(k):
@@ -42,8 +43,7 @@ LAWS = {  # the law, its gains, its signals, its memory, the states of late sens
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("late", [False, True])
-@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize("name, late", crossed(LAWS, [False, True]))
 def test_a_claim_names_the_law_and_every_state(name, late):
     law, K, signals, memory, sensors = LAWS[name]
     loop = sos.Loop(PLANT, law, K)

@@ -23,6 +23,7 @@ from sosbook.delay.profiles import (
 from sosbook.delay.simulation import simulate_delay
 from sosbook.plants.descriptor import Descriptor, descriptors
 from sosbook.plants.response import simulate
+from tests.cases import campaign
 
 # Example 2 of the thesis's part on delay, joined by a disturbance
 PLANT = sos.SecondOrderSystem(
@@ -221,10 +222,9 @@ def test_sine_delay_against_an_ode_solver(low, high, omega, phase):
 @pytest.mark.parametrize(
     "delay",
     [
-        SwitchingDelay(0.2, 0.6, 0.7),
         SwitchingDelay(0.1, 0.6, 0.15),
         RandomDelay(0.2, 0.6, 0.5, seed=3),
-        RandomDelay(0.1, 0.7, 0.1, seed=4),
+        *campaign([SwitchingDelay(0.2, 0.6, 0.7), RandomDelay(0.1, 0.7, 0.1, seed=4)]),
     ],
     ids=str,
 )

@@ -11,6 +11,7 @@ import sosbook as sos
 from sosbook.exact.checker import verdict as checker
 from sosbook.plants.filters import filtered
 from tests.asking import asked_by, asking
+from tests.cases import later
 
 DISK = sos.LMIRegion.disk
 
@@ -35,8 +36,13 @@ def norm(F, G, C, D):
     return np.linalg.norm(answers, 2, axis=(1, 2)).max()
 
 
-@pytest.mark.parametrize("noise", ["states", "F"])
-@pytest.mark.parametrize("seed, dt", [(0, 0.05), (1, 9.81), (3, 1e-3)])
+@pytest.mark.parametrize(
+    "seed, dt, noise",
+    [
+        *((0, 0.05, "states"), (1, 9.81, "F"), (3, 1e-3, "states")),
+        *later((0, 0.05, "F"), (1, 9.81, "states"), (3, 1e-3, "F")),
+    ],
+)
 def test_the_least_cost_is_that_of_the_riccati_equation(seed, dt, noise):
     (A, B, Bw, *_), p = plant(seed, dt)
     Q, R = np.diag(np.arange(1.0, len(A) + 1)), 0.3 * np.eye(B.shape[1])

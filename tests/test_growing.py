@@ -60,8 +60,8 @@ def test_a_driven_pair_of_many_rows_is_refused(unit):
     [
         sos.PoleRegion(sigma=0.0251),
         sos.PoleRegion(theta=np.arccos(0.026)),
-        sos.PoleRegion(rho=9.0),
         sos.LMIRegion.disk(9.5, -0.5),
+        *campaign([sos.PoleRegion(rho=9.0)]),
     ],
     ids=repr,
 )

@@ -8,7 +8,7 @@ import pytest
 import sosbook as sos
 from sosbook.exact.checker import kernel, verdict
 from tests.asking import mended
-from tests.cases import norm_on_a_grid
+from tests.cases import crossed, norm_on_a_grid
 from tests.hunt.tampering import verdicts
 from tests.test_proof_files import proof_of
 
@@ -75,9 +75,9 @@ def exchanged(whole):
         point[name], point[other] = point[other], point[name]
 
 
-@pytest.mark.parametrize("name", CUT)
 @pytest.mark.parametrize(
-    "attack", [no_halves, one_half, one_more, no_cells, twice, exchanged]
+    "name, attack",
+    crossed(CUT, [no_halves, one_half, one_more, no_cells, twice, exchanged]),
 )
 def test_no_cell_is_lost_or_moved(name, attack):
     whole = file_of(name)
@@ -86,8 +86,7 @@ def test_no_cell_is_lost_or_moved(name, attack):
     assert accepted(whole) == accepted(written_anew(whole)) == (False, False)
 
 
-@pytest.mark.parametrize("name", KNOWN)
-@pytest.mark.parametrize("sign", [-1, 30])
+@pytest.mark.parametrize("name, sign", crossed(KNOWN, [-1, 30]))
 def test_each_matrix_counts(name, sign):
     """P, F and G of a cell, with another sign or size."""
     for start in ("P.", "F.", "G."):

@@ -7,7 +7,7 @@ import sosbook as sos
 from sosbook.solver.loop import Unbounded
 from sosbook.synthesis import objectives
 from sosbook.synthesis.feasibility import answer
-from tests.cases import campaign, falling_plant
+from tests.cases import campaign, crossed, falling_plant
 from tests.random_plants import ODD_POWERS, as_units
 
 ONE = sos.SecondOrderSystem([[1]], [[1]], [[1]], [[1]], [[1]])  # stable
@@ -194,9 +194,12 @@ UNSTABLE = sos.SecondOrderSystem(
 )
 
 
-@pytest.mark.parametrize("plant", [UNSTABLE, falling_plant(3, 2)])
 @pytest.mark.parametrize(
-    "powers", [ODD_POWERS, (-6, -9, 6, 0, 0), (6, 9, -6, 3, 0), (5, -8, 7, -4, 0)]
+    "plant, powers",
+    crossed(
+        [UNSTABLE, falling_plant(3, 2)],
+        [ODD_POWERS, (-6, -9, 6, 0, 0), (6, 9, -6, 3, 0), (5, -8, 7, -4, 0)],
+    ),
 )
 def test_the_least_norm_has_no_units(plant, powers):
     """A level has the square of a row's unit, which is far from the other rows'."""

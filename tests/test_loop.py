@@ -17,6 +17,7 @@ import sosbook as sos
 from sosbook.controllers.code import read_gains
 from sosbook.delay import largest
 from sosbook.laws.taken import row_of
+from tests.cases import crossed
 
 M, D, S = 0.3, 0.2, 9.81  # one coordinate, input, disturbance: no width tells
 PLANT = sos.SecondOrderSystem(M, D, S, 1, F=[[1.0]], coordinates=["arm"])
@@ -364,8 +365,7 @@ def opened_poles(one):
         yield np.linalg.eigvals(np.linalg.solve(d.E, d.A + d.Bu @ K))
 
 
-@every_law
-@pytest.mark.parametrize("plant", [PLANT, FAMILY], ids=["one", "family"])
+@pytest.mark.parametrize("name, plant", crossed(LAWS, [PLANT, FAMILY]))
 def test_a_loop_comes_back_from_all_that_it_is_written_as(plant, name):
     one = loop(name, plant)
     again = sos.Loop.read(json.loads(json.dumps(one.at(0.02, delay=0.01).data())))

@@ -11,7 +11,7 @@ from sosbook.book import thesis
 from sosbook.plants.descriptor import descriptors
 from sosbook.requirements.cost import noise_cost
 from sosbook.synthesis import lqr
-from tests.cases import campaign, examples
+from tests.cases import campaign, crossed, examples
 
 
 def riccati(plant, Q, R, U=None):
@@ -99,8 +99,9 @@ def polytope():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("coupling", ["pairs", "slack"])
-@pytest.mark.parametrize("noise", ["states", "F"])
+@pytest.mark.parametrize(
+    "coupling, noise", crossed(["pairs", "slack"], ["states", "F"])
+)
 def test_the_bound_holds_over_the_polytope(polytope, coupling, noise):
     design = sos.design_lqr(
         polytope,

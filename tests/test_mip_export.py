@@ -18,6 +18,7 @@ from sosbook.pendulum.export import Program
 from sosbook.pendulum.rig import COUNTS_PER_TURN
 from sosbook.pendulum.steering import Steering
 from sosbook.pendulum.ticks import TickLog
+from tests.cases import crossed
 from tests.compiler import run
 from tests.gains import named
 from tests.processes import process
@@ -84,8 +85,9 @@ def test_what_gives_no_program():
 # The C program
 
 
-@pytest.mark.parametrize("precision", ["double", "single"])
-@pytest.mark.parametrize("name", ["PID", "(4.30)"])
+@pytest.mark.parametrize(
+    "precision, name", crossed(["double", "single"], ["PID", "(4.30)"])
+)
 def test_no_compiler_warns_and_nothing_is_linked(name, precision, gcc, tmp_path):
     """Also its objects hold no variable and ask for no function."""
     source = write(tmp_path, Program(Firmware(LAWS[name]), "up", precision))

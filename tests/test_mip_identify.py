@@ -275,7 +275,7 @@ def test_the_slopes_of_a_motion_are_those_of_moved_numbers(at, steps, stick):
 
 def test_a_fit_by_slopes_is_that_by_differences(monkeypatch):
     """Of the body and the wheels, with friction."""
-    body, wheels = shipped("body"), shipped("wheels")
+    body, wheels = (head(shipped(name), 5.0) for name in ("body", "wheels"))
 
     def fits():
         return fit_body(body, friction=True), fit_wheel(wheels, friction=True)

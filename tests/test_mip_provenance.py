@@ -95,16 +95,17 @@ def known(found):
         derived += [ours.numbers[x] for x in ("STEER_REACH", "UNWIND")]
         derived += [*ours.K[0], MOST_COUNTED, drive.turn, drive.turn_acceleration]
     every = [*described, *sizes, *derived, *linear, *letters, *facts, *given]
-    return np.array([abs(v) for v in flat(*every, *bench.law.D)])
+    return np.sort([abs(v) for v in flat(*every, *bench.law.D)])
 
 
 def strangers(text, places, digits):
-    """Numbers of a text that stand in none of the places; small counts are free."""
+    """Numbers that stand in none of the sorted places; small counts are free."""
     foreign = []
     for spelled, value in values(text):
         if value == int(value) and value < 10:
             continue
-        if not (abs(places - value) <= digits * value).any():
+        at = np.searchsorted(places, value)
+        if not (abs(places[max(at - 1, 0) : at + 1] - value) <= digits * value).any():
             foreign.append(spelled)
     return foreign
 

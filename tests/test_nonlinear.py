@@ -9,6 +9,7 @@ from sosbook.analysis.nonlinear import arm_gravity, simulate_nonlinear
 from sosbook.book import thesis
 from sosbook.plants.descriptor import descriptors
 from sosbook.plants.signals import Steps
+from tests.cases import campaign
 
 ARM = thesis.arm(0.0)
 EX = thesis.example_4()
@@ -65,7 +66,7 @@ def test_small_swings_are_those_of_the_linear_arm():
     assert np.abs(swing(t, x0=x0).x - linear.x).max() < 1e-10
 
 
-@pytest.mark.parametrize("angle", [0.5, 1.5, 3.1])
+@pytest.mark.parametrize("angle", [0.5, 3.1, *campaign([1.5])])
 def test_the_free_arm_keeps_its_energy(angle):
     t = np.linspace(0, 10, 501)
     free = simulate_nonlinear(

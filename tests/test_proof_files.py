@@ -36,7 +36,7 @@ from sosbook.synthesis.growing import refuse_by_growth
 from sosbook.synthesis.proofs import DesignProof
 from sosbook.synthesis.request import Request
 from tests.asking import asked_by, asking
-from tests.cases import campaign
+from tests.cases import by_turns, campaign
 from tests.closed import analyse_loop
 from tests.energy_to_peak import EnergyToPeak
 from tests.hunt.tampering import true_claims
@@ -557,7 +557,7 @@ def test_the_checker_agrees(name):
         assert true_claims(asked_by(proof)) is not False
 
 
-@pytest.mark.parametrize("name", [*PROOFS, *EXCLUDED, *BEYOND])
+@pytest.mark.parametrize("name", [*by_turns(PROOFS | EXCLUDED, 0), *BEYOND])
 def test_the_quick_answer_is_the_package_s(name, tmp_path, capsys, monkeypatch):
     """The same words and exit code, or none: then the package is asked."""
     monkeypatch.setattr(quick, "SECONDS", 60.0)  # for a slow machine
@@ -619,7 +619,7 @@ def test_a_refusal_names_the_plant_that_was_asked(name, tmp_path):
         held_against(plant, answer.infeasibility, tmp_path)
 
 
-@pytest.mark.parametrize("name", [*PROOFS, *EXCLUDED, *BEYOND])
+@pytest.mark.parametrize("name", [*by_turns(PROOFS | EXCLUDED, 1), *BEYOND])
 def test_a_file_is_read_as_what_it_was(name, tmp_path):
     proof = proof_of(name)
     proof.save(tmp_path / "proof.json")

@@ -18,7 +18,7 @@ from sosbook.requirements.stability import Stability
 from sosbook.studies import maps
 from sosbook.studies.polytopes import verify_on_samples
 from sosbook.synthesis.request import Request
-from tests.cases import by_turns
+from tests.cases import by_turns, crossed
 from tests.energy_to_peak import EnergyToPeak
 
 COUPLINGS = ("pairs", "vertices", "slack")
@@ -79,8 +79,7 @@ def test_those_with_constants_fix_the_size_of_P(r, coupling):
     assert bool(request.sizes.fixing) == constant
 
 
-@pytest.mark.parametrize("coupling", COUPLINGS)
-@pytest.mark.parametrize("name", REQUIREMENTS)
+@pytest.mark.parametrize("name, coupling", crossed(REQUIREMENTS, COUPLINGS))
 def test_solve_prove_and_truth(name, coupling):
     d, r = solved(name, coupling=coupling), REQUIREMENTS[name]
     assert d.status == "feasible" and min(d.margins.values()) > 0
@@ -94,8 +93,7 @@ def test_solve_prove_and_truth(name, coupling):
         assert r.statement in proof.claims and min(kept.values()) > 0
 
 
-@pytest.mark.parametrize("name", OPEN)
-@pytest.mark.parametrize("coupling", ["pairs", "slack"])
+@pytest.mark.parametrize("name, coupling", crossed(OPEN, ["pairs", "slack"]))
 def test_minimise(designs, name, coupling):
     r = REQUIREMENTS[name]
     key = r.parameter.key

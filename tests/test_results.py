@@ -11,6 +11,7 @@ from scipy.integrate import solve_ivp
 import sosbook as sos
 from sosbook.plants.response import Response
 from sosbook.synthesis.result import Result
+from tests.cases import crossed
 from tests.closed import analyse_loop
 
 CART = sos.SecondOrderSystem(M=1, D=0.1, S=2, B=1, F=1)
@@ -112,8 +113,7 @@ PAGES = {
 }
 
 
-@pytest.mark.parametrize("name", PAGES)
-@pytest.mark.parametrize("plant", [CART, PAIR], ids=["plant", "polytope"])
+@pytest.mark.parametrize("name, plant", crossed(PAGES, [CART, PAIR]))
 def test_each_design_of_a_gain_has_a_page(results, name, plant, tmp_path):
     found = results.get((name, plant)) or sampled(plant)
     clock = {} if name == "SampledDesign" else {"T": 0.1}

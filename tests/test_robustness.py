@@ -27,7 +27,7 @@ def known(seed):
     return random_case(seed, LARGEST)
 
 
-@pytest.mark.parametrize("seed", [*range(6), *campaign(range(6, 84))])
+@pytest.mark.parametrize("seed", [*range(4), *campaign(range(4, 84))])
 def test_the_answer_is_right_and_backed(seed):
     """Certified, excluded exactly or undecided: never wrong, nor without a proof."""
     case = known(seed)
@@ -39,7 +39,7 @@ def test_the_answer_is_right_and_backed(seed):
         assert ROUNDED in case.reason
 
 
-@pytest.mark.parametrize("seed", [*range(4), *campaign(range(4, 12))])
+@pytest.mark.parametrize("seed", [*range(2), *campaign(range(2, 12))])
 def test_an_attack_never_finds_a_false_refusal(seed):
     """The gain exists, in exact arithmetic; its proof may be beyond floats."""
     case = attack(seed)

@@ -27,7 +27,7 @@ from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaled_lmis import ScaledLMIs
 from sosbook.synthesis.scaling import Frame
 from sosbook.synthesis.small_input import refuse_by_input
-from tests.cases import campaign
+from tests.cases import campaign, crossed
 
 SMALL, LARGE = exact(np.eye(5) + 1), exact(np.eye(40) + 1)
 P, Q9 = Unknown("P", 2, symmetric=True), symmetric("Q", 9)
@@ -138,8 +138,9 @@ def test_the_limit_of_somebody_else_is_not_taken_for_ones_own():
     assert own.status == "undecided" and "before 5 s were over" in own.reason
 
 
-@pytest.mark.parametrize("dense", [False, True])
-@pytest.mark.parametrize("ask", ["design_pid", "analyse_pid", "design_lqr"])
+@pytest.mark.parametrize(
+    "ask, dense", crossed(["design_pid", "analyse_pid", "design_lqr"], [False, True])
+)
 def test_a_larger_request_has_an_answer_wherever_its_time_ends(ask, dense, monkeypatch):
     """The clock moves by one at each look, and soon after the end there is none."""
     n = 12

@@ -19,7 +19,7 @@ from sosbook.plants.modes import below, symmetric_factor
 from sosbook.runtime import time_limit as clock
 from sosbook.synthesis.design import Design
 from sosbook.synthesis.request import Request
-from tests.cases import by_hand, campaign
+from tests.cases import by_hand, by_turns, campaign
 from tests.test_reduction import beam_matrices, rotor
 
 
@@ -94,7 +94,7 @@ def both(matrices, monkeypatch):
     return dense, sos.SecondOrderSystem(*map(sp.csc_array, (M, D, S)), B)
 
 
-@pytest.mark.parametrize("name", PLANTS)
+@pytest.mark.parametrize("name", by_turns(PLANTS, 1))
 def test_reduce_keeps_the_lowest_squares_of_both(name, monkeypatch):
     matrices, modes = PLANTS[name]
     dense, large = both(matrices, monkeypatch)
@@ -169,7 +169,7 @@ def loops(name, monkeypatch):
             yield plant, design, np.linalg.eigvals(A + B @ part.reduction.lift(K))
 
 
-@pytest.mark.parametrize("name", PLANTS)
+@pytest.mark.parametrize("name", by_turns(PLANTS, 0))
 def test_check_on_says_the_same_of_both(name, monkeypatch):
     for plant, design, truth in loops(name, monkeypatch):
         found = design.check_on(plant, time_limit=1e3)

@@ -23,6 +23,7 @@ from sosbook.plants.parametric import ParameterError, parameters
 from sosbook.proofs import command
 from sosbook.studies import polytopes
 from tests.asking import asked_by, asking
+from tests.cases import crossed
 from tests.processes import alone
 
 I2 = np.eye(2)
@@ -472,8 +473,9 @@ def checked_by_a_stranger(proof, folder):
     return run.returncode, run.stdout
 
 
-@pytest.mark.parametrize("coupling", ["pairs", "slack"])
-@pytest.mark.parametrize("builder", [drive, first_order, chain])
+@pytest.mark.parametrize(
+    "builder, coupling", crossed([drive, first_order, chain], ["pairs", "slack"])
+)
 def test_a_design_is_proven_for_all_values_of_the_parameters(
     builder, coupling, tmp_path
 ):

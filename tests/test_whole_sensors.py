@@ -10,7 +10,7 @@ from sosbook.laws.full_state import FullState
 from sosbook.laws.shaped import Filter, ShapedLaw
 from sosbook.plants import sparse
 from sosbook.plants.as_data import plant_data, read_plant
-from tests.cases import by_hand, later
+from tests.cases import by_hand, crossed, later
 from tests.test_reduction import beam
 
 
@@ -92,8 +92,7 @@ def laws(row):
     yield (sos.PIDLaw(sensors=seen), {"K_P": [[-0.3]]}, mixed, *_state(-0.3 * one))
 
 
-@pytest.mark.parametrize("kind", ["dense", "sparse"])
-@pytest.mark.parametrize("which", range(4))
+@pytest.mark.parametrize("which, kind", crossed(range(4), ["dense", "sparse"]))
 def test_every_law_measures_the_whole(which, kind, monkeypatch):
     whole, row = sharp(9.81, kind, monkeypatch)
     monkeypatch.undo()
