@@ -2,6 +2,8 @@
 
 from math import copysign, sqrt
 
+import numpy as np
+
 __all__ = ["highest", "lowest", "narrowed"]
 
 GOLDEN = (3 - sqrt(5)) / 2  # of an interval
@@ -89,18 +91,18 @@ def lowest(function, low, high, within):
 
 def highest(function, points):
     """Where a concave ``function`` is largest of some rising or falling ``points``, and
-    its value there: a third of them is asked for, some at once.
+    its value there: a third of them is asked for, some at once, none twice.
 
     >>> import numpy as np
     >>> x, value = highest(lambda x: -((x - 7.2) ** 2), np.arange(50.0))
     >>> x, round(value, 6)
     (7.0, -0.04)
     """
-    low, high = 0, len(points)
+    low, high, known = 0, len(points), {}
     for step in (16, 4, 1):
-        few = points[low:high:step]
-        values = function(few)
-        best = int(values.argmax())
-        place = low + best * step
-        low, high = max(place - step, 0), place + step + 1
-    return float(few[best]), float(values[best])
+        few = range(low, min(high, len(points)), step)
+        if new := [k for k in few if k not in known]:
+            known |= zip(new, function(points[new]))
+        best = few[int(np.argmax([known[k] for k in few]))]
+        low, high = max(best - step, 0), best + step + 1
+    return float(points[best]), float(known[best])

@@ -39,3 +39,4 @@ def test_the_largest_of_a_concave_function_is_that_of_all_points(count, peak):
         values, (x, value) = function(points), highest(function, points)
         assert value == values.max() and x == points[values.argmax()]
         assert len(asked) - count <= count / 16 + 20
+        assert len({*asked[count:]}) == len(asked) - count

@@ -127,7 +127,7 @@ class PlantCell:
         loops = [middle(F) for timing in corners for F in self._within(timing, L)]
         axes = np.linalg.eigh(sum(F.T @ F for F in loops))[1]
         turn = orthonormal(balls_of(axes.T[::-1]))
-        return turn @ L, turn
+        return product(turn, L), turn
 
     @property
     def turn(self):
@@ -256,7 +256,7 @@ def less_grams(right, loops, W):
     """Balls below ``right`` less (F + D)'(F + D) for each F of some ``loops``, where
     D'D is below W; None where D is zero.
     """
-    grams = [F.T @ F for F in loops]
+    grams = [product(F.T, F) for F in loops]
     if W is None:
         return [right - gram for gram in grams]
     less, bent, several = middle(right), middle(W), np.array([*map(middle, grams)])
@@ -326,6 +326,6 @@ def gram_bound(bends):
         t = size(r) / size(M) if size(M) > 0 else arb(1)
         t = t.mid() if t > 0 else arb(1)
         wide = np.diag(r.sum(axis=1) @ r)
-        one = ((1 + t) * (M.T @ M) + (1 + 1 / t) * wide) * (n * n / much)
+        one = ((1 + t) * product(M.T, M) + (1 + 1 / t) * wide) * (n * n / much)
         bound = one if bound is None else bound + one
     return None if bound is None else bound * (total / 64)

@@ -67,7 +67,8 @@ class Numbers:
     """
 
     def __init__(self, asked):
-        ticks = self.ticks = Ticks(asked)
+        ticks, self.loops = Ticks(asked), {}
+        self.ticks = ticks
         self.corners = ticks.corners
         self.rate, self.centre = (float(number(asked[x])) for x in ("rate", "centre"))
         values = ticks.t.values()
@@ -137,6 +138,12 @@ class Numbers:
 
     def loop(self, frame, corner, T, late):
         """F of the plant at a ``corner`` for T and ``late``, in the ``frame``."""
+        key = frame, corner, T, late  # neighbouring boxes share ends
+        if key not in self.loops:
+            self.loops[key] = self._loop(*key)
+        return self.loops[key]
+
+    def _loop(self, frame, corner, T, late):
         X = np.linalg.solve(self.e[corner], self.x[corner])
         G = frame.R @ X @ frame.back
         flow = expm((T - late) * self._generator(G, self.second))

@@ -10,7 +10,17 @@ from flint import arb, arb_mat, ctx
 
 from ..exact.definite import exact
 from . import series as power
-from .balls import balls, balls_of, entries, exponential, hull, middle, series, solve
+from .balls import (
+    balls,
+    balls_of,
+    entries,
+    exponential,
+    hull,
+    middle,
+    product,
+    series,
+    solve,
+)
 from .channel import with_channel
 from .discretize import generators
 from .shapes import PlantShape
@@ -74,7 +84,8 @@ class SampledFamily:
         step = self._flow([solve(balls(E), balls(both))], timing)
         older = timing.shift_register(self.shape.N, self.shape.m - self.held)
         older = np.hstack([older, np.zeros((len(older), self.held))])
-        moved = np.vstack([step @ self._picked(timing), balls(older)]) @ self.full
+        moved = np.vstack([product(step, self._picked(timing)), balls(older)])
+        moved = product(moved, self.full)
         loop = np.vstack([moved, self.own])
         if self.centre:
             loop = loop - arb(exact(self.centre)) * np.eye(len(loop), dtype=int)
@@ -218,8 +229,8 @@ class SampledFamily:
         for E, both in corners:
             E, both = rows @ balls(E), rows @ balls(both)
             framed.append((over(E, R), np.hstack([over(both[:, :N], R), both[:, N:]])))
-        inner = over(self._picked(timing) @ self.full, L)
-        inner[:N] = R @ inner[:N]
+        inner = over(product(self._picked(timing), self.full), L)
+        inner[:N] = product(R, inner[:N])
         return framed, over(L[:, :N], R), inner
 
     def time_bends(self, weights, L, box):
@@ -291,4 +302,4 @@ def over(F, L):
 
 def within(F, L):
     """L F L^-1, as `over`."""
-    return over(L @ F, L)
+    return over(product(L, F), L)
