@@ -284,9 +284,9 @@ def number(text):
     top, _, bottom = text.partition("/")
     top, _, power = top.partition("e")
     first, _, rest = top.partition(".")
-    value = Fraction(integer(first + rest), integer(bottom or "1"))
+    over, under = integer(first + rest), integer(bottom or "1")
     power = int(power or 0) - len(rest)
-    return value * Fraction(10) ** power if power else value
+    return Fraction(over * 10 ** max(power, 0), under * 10 ** max(-power, 0))
 
 
 def integer(text):
