@@ -124,16 +124,18 @@ export function attributes(node, wanted) {
     if (node.getAttribute(name) !== String(value)) node.setAttribute(name, value);
 }
 
-// The height of the tallest of some texts in a box.
+// The height of the tallest of some texts in a box: all are written, then laid out once.
 export function tallest(box, texts) {
-  const probe = box.cloneNode();
-  probe.style.cssText = `position:absolute;visibility:hidden;width:${box.offsetWidth}px`;
-  box.after(probe);
-  const heights = texts.map(html => {
+  const style = `position:absolute;visibility:hidden;width:${box.offsetWidth}px`;
+  const probes = texts.map(html => {
+    const probe = box.cloneNode();
+    probe.style.cssText = style;
     probe.innerHTML = html;
-    return Math.ceil(probe.getBoundingClientRect().height);
+    return probe;
   });
-  probe.remove();
+  box.after(...probes);
+  const heights = probes.map(probe => Math.ceil(probe.getBoundingClientRect().height));
+  probes.forEach(probe => probe.remove());
   return Math.max(0, ...heights);
 }
 

@@ -214,7 +214,8 @@ export class Mover extends PageElement {
       const {key, names} = control, last = names ? names.length - 1 : steps(control);
       return [0, last].map(k => ({...this.place, [key]: names ? k : value(control, k)}));
     });
-    for (const place of [this.place, ...ends]) at.show(at.compute(place), undefined, place);
+    at.show(this.result, undefined, this.place);
+    for (const place of ends) at.show(at.compute(place), undefined, place);
     return said;
   }
   states() {
