@@ -83,9 +83,17 @@ def apt_install(package):
 #: request in playwright instead takes a tenth of what a page takes to load.
 AWAY = "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1, EXCLUDE localhost"
 
+#: A test's page is new, and left when most of its code has run a few hundred times:
+#: to have V8 optimize it so soon takes a quarter of what a small page takes. What runs
+#: much longer, as solvers do, is optimized as before.
+UNHURRIED = "--js-flags=" + " ".join(
+    f"--invocation-count-for-{tier}={count}"
+    for tier, count in {"maglev": 3000, "turbofan": 20000}.items()
+)
+
 
 def options(path):
     """Keyword arguments for ``playwright.chromium.launch``."""
     sandbox = ["--no-sandbox"] if is_root() else []
-    words = [*sandbox, "--disable-dev-shm-usage", AWAY]
+    words = [*sandbox, "--disable-dev-shm-usage", AWAY, UNHURRIED]
     return {"executable_path": path, "args": words}

@@ -30,7 +30,7 @@ CUT_FORMULAS = """
 UNPAINTED = """
 (() => {
   const sheet = new CSSStyleSheet();
-  sheet.replaceSync("html {opacity: 0}");
+  sheet.replaceSync("html, body {opacity: 0}");
   document.adoptedStyleSheets.push(sheet);
 })();
 """

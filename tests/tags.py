@@ -20,6 +20,12 @@ NAMES = "aria-label", "alt", "title"
 REFER = "aria-labelledby", "aria-describedby", "for"
 
 
+def bare(text):
+    """A page's text without what takes most of its bytes."""
+    text = STROKES.sub("", FORMULA.sub(r"\1formula\2", text))
+    return CODE.sub(lambda code: COLOURS.sub("", code[0]), text)
+
+
 class Tags(HTMLParser):
     """The tags of a page: where it leads to, what it loads, and its elements."""
 
@@ -30,8 +36,7 @@ class Tags(HTMLParser):
         #: Parent, tag, attributes and role of each element; of a link its style, too.
         self.kinds = set()
         self.open, self.closed = [], 0
-        text = STROKES.sub("", FORMULA.sub(r"\1formula\2", text))
-        self.feed(CODE.sub(lambda code: COLOURS.sub("", code[0]), text))
+        self.feed(bare(text))
 
     def handle_starttag(self, tag, attributes):
         given = dict(attributes)

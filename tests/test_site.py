@@ -12,7 +12,7 @@ import pytest
 from sosbook.book import notebooks
 from tests import layout
 from tests.cases import campaign
-from tests.tags import Tags
+from tests.tags import Tags, bare
 
 ROOT = Path(__file__).resolve().parent.parent
 CONTENTS = (ROOT / "_toc.yml").read_text("utf-8")
@@ -228,8 +228,18 @@ def test_a_phone_in_the_dark_may_open_the_page_itself(site, visit, page):
     assert_readable(tab, DARK)
 
 
-def test_sections_for_readers_of_the_thesis_are_folded_until_asked_for(site, visit):
-    short, long = ((site / "book" / f"{x}.html").as_uri() for x in FOLDED)
+def light(path, folder):
+    """A copy of a page with its scripts, but without formulas and strokes."""
+    copy = folder / path.name
+    base = f'<head><base href="{path.as_uri()}">'
+    copy.write_text(bare(path.read_text("utf-8")).replace("<head>", base, 1), "utf-8")
+    return copy.as_uri()
+
+
+def test_sections_for_readers_of_the_thesis_are_folded_until_asked_for(
+    site, visit, tmp_path
+):
+    short, long = (light(site / "book" / f"{x}.html", tmp_path) for x in FOLDED)
     tab = visit(short)
     sections = tab.page.locator("details.sos-thesis")
     inside = sections.locator("p").nth(1)
@@ -291,6 +301,27 @@ def test_a_page_reaches_no_network_and_what_it_asks_for_is_noticed(visit, tmp_pa
     assert [x for x in tab.errors if x.startswith("failed: ")] == [
         f"failed: {url}" for url in asked
     ]
+
+
+def test_a_tab_has_nothing_of_the_page_before(visit, tmp_path):
+    """Nor of the same page at another place, which is loaded anew."""
+    loud, calm = tmp_path / "loud.html", tmp_path / "calm.html"
+    loud.write_text(
+        """<title>t</title><script>
+        globalThis.heard = (globalThis.heard ?? "") + location.hash + localStorage.a;
+        localStorage.a = 1;
+        setInterval(() => console.error("loud"), 1);</script>""",
+        "utf-8",
+    )
+    calm.write_text("<title>t</title>", "utf-8")
+    tab = visit(loud)
+    tab.page.wait_for_timeout(20)
+    assert set(tab.errors) == {"loud"}
+    again = f"{loud.as_uri()}#x"
+    assert tab.left().opened(again, 390, 844, "dark") is tab
+    assert tab.page.evaluate("heard") == "#xundefined"
+    tab.left().opened(calm.as_uri(), 1280, 900, "light")
+    assert (tab.errors, tab.requests) == ([], [calm.as_uri()])
 
 
 @pytest.mark.parametrize(
