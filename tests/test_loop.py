@@ -98,8 +98,10 @@ def closed(name, m=M):
 
 
 def gain(F, G, row, w):
-    poles = 1j * w[:, None, None] * np.eye(len(F)) - F
-    return (row @ np.linalg.solve(poles, G + 0j))[:, 0, 0]
+    """row (jw - F)^-1 G, by the modes of F, all of which differ."""
+    poles, modes = np.linalg.eig(F)
+    parts = (row @ modes)[0] * np.linalg.solve(modes, G + 0j)[:, 0]
+    return (parts / (1j * w[:, None] - poles)).sum(axis=1)
 
 
 GRID = np.r_[0, np.geomspace(1e-2, 1e3, 20_001)]

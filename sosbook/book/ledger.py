@@ -18,7 +18,7 @@ __all__ = ["RATES", "SHARPEST", "Best", "entries", "masses", "norm", "wing"]
 
 #: The method that proves the most for both printed gains with a delayed input.
 SHARPEST = {"method": "interval", "order": 1}
-USUAL = 0.85  # of what can be true is proven: where the search begins
+USUAL = dict(mu=0.85, delta=0.94)  # of what can be true: where a search begins
 
 #: The rates that the book asks for, in 1/s: the thesis's, half of it, stability.
 RATES = (0.6, 0.3, 0.0)
@@ -64,7 +64,7 @@ def _largest(name, ex, true, **asked):
     """The largest value of a name, below the ``true`` one, that `SHARPEST` proves for
     an example's gains.
     """
-    asked |= {name: USUAL * true, "tau": ex.tau} | SHARPEST
+    asked |= {name: USUAL[name] * true, "tau": ex.tau} | SHARPEST
     found = largest(name, ex.loop, digits=3, refuse=False, **asked)
     if not found.design.certify().proven:
         raise ValueError(f"{name} = {found.value} isn't proven")
