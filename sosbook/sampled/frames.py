@@ -7,6 +7,7 @@ theorem is that of `sosbook.exact.checker.sampled`.
 """
 
 from itertools import product
+from math import sqrt
 
 import numpy as np
 
@@ -185,16 +186,17 @@ class _Writer:
         moves = (weight * T * G) ** 2
         np.fill_diagonal(moves, 0.0)
         into, out = (small * into) ** 2, (small * out) ** 2
-        d = np.ones(N + m)  # squares of the units
+        d, shares = np.ones(N + m), np.ones(N + m)  # squares of the units, and inverses
+        moved = list(zip(moves, moves.T, into.tolist(), out.tolist()))
         for _ in range(BALANCES):
             before = d.copy()
-            for i in range(N + m):
-                row = moves[i] @ (1 / d) + into[i]
-                column = moves[:, i] @ d + out[i]
+            for i, (along, down, acts, seen) in enumerate(moved):
+                row, column = float(along @ shares) + acts, float(down @ d) + seen
                 if row > 0 and column > 0:
-                    d[i] = np.sqrt(column / row)
+                    d[i] = sqrt(column / row)
                 elif i >= N and row > 0:
-                    d[i] = 1 / max(into[i] / small**2, 1e-60)
+                    d[i] = 1 / max(acts / small**2, 1e-60)
+                shares[i] = 1 / d[i]
             if abs(d / before - 1).max() < BALANCED:
                 break
         d = np.sqrt(d)
