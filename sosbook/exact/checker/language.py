@@ -200,7 +200,7 @@ class Reader:
         return x
 
     def name(self, text):
-        head, *rest = text.split(".")
+        head, *rest = text.split(".") if self.at else [text]
         return ".".join([head, *(self.at.get(k, k) for k in rest)])
 
     def value(self, x):
