@@ -1,5 +1,7 @@
 """What is said where the search for a least bound gives up, or where it is zero."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -93,7 +95,8 @@ def test_a_norm_that_falls_with_growing_gains(coupling):
     assert d.status == "feasible" and d.certify().proven
     assert d.hinf() < d.gamma < 0.1 and np.abs(d.K).max() < 1e4
     assert d.gamma < 15 * d.hinf()  # it was 19.8 for a norm of 0.0022 on one processor
-    assert "No least gamma was found" in d.reason and "can be kept, too" in d.reason
+    assert re.search("No least gamma was found.* or reached by infinite", d.reason)
+    assert "can be kept, too" in d.reason
 
 
 def test_a_gain_whose_lower_bounds_floats_give_up_keeps_its_own(monkeypatch):
@@ -112,7 +115,10 @@ def test_a_state_from_which_no_input_is_needed(x0):
     """The plant falls, but not from there: K isn't zero, K x is."""
     d = sos.design_pid(FALLS, **from_state(x0))
     assert d.status == "feasible" and d.certify().proven
-    assert d.request.saturation.u_max < 1e-4 and "isn't known" in d.reason
+    assert d.request.saturation.u_max < 1e-4
+    assert re.search(
+        r"gave up.* whether a smaller one can be kept isn't known", d.reason
+    )
 
 
 @pytest.mark.last_digits  # where the Riccati solution is singular
