@@ -298,9 +298,7 @@ def test_what_designs_takes_a_law_or_says_who_does(name):
         assert designs["design_observer"]().status == "feasible"
         refused(designs["design_sampled"], "law", "PIDLaw")
         return
-    late = designs["design_delay_pid"]()
-    assert late.certify().proven and max(late.poles().real) < 0
-    assert late.loop.law is law and late.gains.keys() == found.gains.keys()
+    # behind a delay both laws are designed in tests/test_delay_laws
     refused(designs["design_observer"], "law")
     size = 2 + len(LAWS[name][2]()[0])
     lqr = sos.design_lqr(PLANT, np.eye(size), [[1.0]], law=law, search=ONCE)
