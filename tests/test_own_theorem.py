@@ -44,15 +44,30 @@ for path in sys.argv[1:]:
 """
 
 
+#: The checker as a program, of one file after another.
+ALONE = """
+import contextlib, io, json, runpy, sys
+_, checker, *paths = sys.argv
+for path in paths:
+    sys.argv, said, code = [checker, path], io.StringIO(), 0
+    with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+        try:
+            runpy.run_path(checker, run_name="__main__")
+        except SystemExit as end:
+            code = end.code
+    print(json.dumps([code, said.getvalue()]))
+"""
+
+
 def strangers(*paths):
     """What processes say that never saw the author's code: (code, lines) each."""
-    for path in paths:
-        done = alone(CHECKER, path, timeout=200)
-        yield done.returncode, done.stdout + done.stderr
-    done = process(sys.executable, "-c", PACKAGE, *paths, timeout=200)
-    answers = [json.loads(x) for x in done.stdout.splitlines()]
-    assert len(answers) == len(paths), done.stderr
-    yield from answers
+    for done in (
+        alone("-c", ALONE, CHECKER, *paths, timeout=200),
+        process(sys.executable, "-c", PACKAGE, *paths, timeout=200),
+    ):
+        answers = [json.loads(x) for x in done.stdout.splitlines()]
+        assert len(answers) == len(paths), done.stderr
+        yield from answers
 
 
 @pytest.fixture(scope="module", params=["pairs", *campaign(["slack"])])
