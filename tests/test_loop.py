@@ -32,7 +32,7 @@ def with_mass(m):
 
 FAMILY = sos.Uncertain(with_mass, m=(M, HEAVIER * M))
 PID = sos.PIDLaw([[1]], filter=0.03, integrate=True)
-OF_PID = dict(K_P=[[-1.0]], K_D=[[-2.0]], K_I=[[-0.5]])
+OF_PID = dict(K_P=[[-1.0]], K_D=[[-2.0]], K_I=[[-4.0]])
 DYNAMIC = sos.DynamicLaw(1, [[1]], [[1]], strictly_proper=False)
 OF_DYNAMIC = dict(A_c=[[-30]], B_c=[[10, 2]], C_c=[[-1]], D_c=[[-2, -1]])
 SYSTEM = control.ss(
@@ -63,7 +63,7 @@ LAWS = {  # law and gains as an entry takes them, A, B, C, D from [z; z'] to u
         PID, lambda: OF_PID,
         lambda: (
             np.diag([0, -1 / 0.03]), np.array([[1, 0], [1 / 0.03, 0]]),
-            np.array([[-0.5, 2 / 0.03]]), np.array([[-1 - 2 / 0.03, 0]]),
+            np.array([[-4.0, 2 / 0.03]]), np.array([[-1 - 2 / 0.03, 0]]),
         ),
     ),
     "dynamic": (
