@@ -354,12 +354,13 @@ MARKS = {
     "Compiled, precision='double'": pytest.mark.compiler,
     "Compiled, precision='single'": pytest.mark.compiler,
 } | dict.fromkeys(
-    [  # as design_pid, edge or Code take them in the gate, too
+    [  # as design_pid, edge, Code or other tests' requests take them in the gate, too
         "analyse_pid, minimize='gamma'",
         "analyse_pid, minimize='u_max'",
         "compare, maximize='sigma'",
         "compare, minimize='cost'",
         "compare, minimize='gamma'",
+        "design_pid, minimize='gamma'",
         "designs, maximize='sigma'",
         "designs, minimize='gamma'",
         "frontier, x='sigma'",
