@@ -63,7 +63,7 @@ def test_how_far_each_bound_goes_is_said_and_is_no_better_than_true(name, monkey
     m, d, s, b, f = matrices
     plant = sos.SecondOrderSystem(m, d, s, b, f)
     bound = sos.HInfinity(effort, outputs=sos.Output(input=1), name="effort")
-    few = sos.Search(starts=3)
+    few = sos.Search(starts=2)
     asked = dict(law=LAW, requirements=[bound], search=few)
     refused = sos.design_pid(plant, **asked, region=sos.PoleRegion(sigma=sigma))
     assert refused.status == "undecided"
