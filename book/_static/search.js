@@ -36,13 +36,14 @@
   // A term matches the start of a word; a plural or an ending doesn't hide one.
   const stem = (term) => term.length > 5 ? term.replace(/(?:ies|es|s|ing|ed|e|(?<=.{5})ation)$/, "") : term;
   const pattern = (term) => {
-    const plain = stem(term).replace(/[.*+?^${}()|[\]\\]/g, "\\$&");
+    const bare = stem(term), plain = bare.replace(/[.*+?^${}()|[\]\\]/g, "\\$&");
     const start = `(?<![\\p{L}\\p{N}])${plain}`, ends = "(?:y|ies|e?s|ing|e?d|e|(?:at)?ion)?";
     return Object.assign(
-      new RegExp(start, "gu"), {whole: new RegExp(`${start}${ends}(?![\\p{L}\\p{N}])`, "gu")});
+      new RegExp(start, "gu"), {bare, whole: new RegExp(`${start}${ends}(?![\\p{L}\\p{N}])`, "gu")});
   };
-  // A driver is a tenth of a drive.
+  // A driver is a tenth of a drive. Most texts lack the letters, which is soon seen.
   const count = (text, test) => {
+    if (!text.includes(test.bare)) return 0;
     const all = (text.match(test) || []).length;
     return all && 0.1 * all + 0.9 * (text.match(test.whole) || []).length;
   };
@@ -98,12 +99,14 @@
       return Math.log(1 + entries.length / (1 + having));
     });
     const phrase = new RegExp(tests.map((test) => test.source).join("[\\p{L}\\p{N}]*[^\\p{L}\\p{N}]+"), "u");
+    const holds = (text) =>
+      tests.length > 1 && tests.every(({bare}) => text.includes(bare)) && phrase.test(text);
     // The first line of a page stands for all of it.
     const whole = pages.map(() => tests.map(() => 0)), size = pages.map(() => 0), phrased = new Set();
     entries.forEach(({page, kind, text}, i) => {
       if (kind) return;
       size[page] += text.length;
-      if (tests.length > 1 && phrase.test(entries[i].folded[2])) phrased.add(page);
+      if (holds(entries[i].folded[2])) phrased.add(page);
       hits[i].forEach(([title, , said], k) => { whole[page][k] += 3 * title + said; });
     });
     const usual = size.reduce((sum, n) => sum + n, 0) / size.length;
@@ -122,9 +125,8 @@
       if (!said && !coded) return 0;
       const found = (said + 0.3 * coded) / tests.length;
       if (found < 1) sum *= 0.1 * found * found;
-      if (tests.length > 1 && phrase.test(title)) sum *= 4;
-      else if (tests.length > 1 && (phrase.test(text) || (!entry.id && phrased.has(entry.page))))
-        sum *= tests.length;
+      if (holds(title)) sum *= 4;
+      else if (holds(text) || (!entry.id && phrased.has(entry.page))) sum *= tests.length;
       if (!entry.id && fair[entry.page] === 1 && hits[i].every(([, n]) => n >= 1)) sum *= 3;
       sum *= fair[entry.page];
       if (entry.kind === 2) {
