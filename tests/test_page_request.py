@@ -17,7 +17,7 @@ from sosbook.proofs.command import main, read_plant_file
 from sosbook.requirements.shorthand import bounds, collected, parameter
 from sosbook.requirements.vocabulary import PARAMETERS
 from sosbook.synthesis.request import Request
-from tests.cases import campaign
+from tests.cases import campaign, later
 from tests.elements import write_page
 from tests.test_bench import DRIVE, READY, design, element, program, told, type_in
 
@@ -421,7 +421,7 @@ SUMS = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("texts, filtered", SUMS)
+@pytest.mark.parametrize("texts, filtered", [*later(*SUMS[:2]), *SUMS[2:]])
 def test_the_sum_of_the_poles_refuses_a_law(tab, tmp_path, texts, filtered):
     """As the package does; with the filter that is advised the sum is small enough."""
     for box in ("law", "u_max"):

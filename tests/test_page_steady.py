@@ -13,7 +13,7 @@ pytestmark = pytest.mark.skipif(
 )
 #: Width of the window, and of the column in it: of a desk's screen, and of a phone.
 WIDTHS = (1280, 740), (390, 358)
-FEW = 5  # places of a control in the gate
+FEW = 3  # places of a control in the gate
 #: Nobody answers before the empty element has been looked at, however fast the machine.
 HELD = """<script>
 let held = [];
