@@ -94,7 +94,7 @@ def outcome(do, *given):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", by_turns(NAMES, 1))
+@pytest.mark.parametrize("name", NAMES)
 def test_what_is_asked_is_refused_by_the_name_of_its_field(name):
     accepted = []
     for path, other, wrong in malformed(base(name)):

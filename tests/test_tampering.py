@@ -143,7 +143,7 @@ TEXTS = (
 )
 
 
-@pytest.mark.parametrize("name", by_turns(TEXTS, 1))
+@pytest.mark.parametrize("name", TEXTS)
 @pytest.mark.parametrize("most", [20, *campaign([60])])
 def test_no_text_says_what_isn_t_asked(name, most):
     """Lines, data, sets and unknowns of a text that were changed, digests mended."""

@@ -32,7 +32,7 @@ class Ball(Integers):
             flat = [(arb(e) + off) / x.d for row in x.a for e in row]
             return cls(arb_mat(x.r, x.c, flat))
         x = Integers.of(x)
-        if x.ball is None:
+        if not isinstance(x.ball, cls):
             x.ball = cls(arb_mat(x.z) * (1 / arb(x.d)))
         return x.ball
 

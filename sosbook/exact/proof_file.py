@@ -217,11 +217,15 @@ class ProofFile(Verdict, OfKind):
         """
         from ..runtime.writing import write_file
 
+        write_file(path, self.settled_text(), over=is_proof)
+
+    def settled_text(self):
+        """The text for a file; what floats alone prove is an ArithmeticError."""
         if self.proven and not self.settled:
             raise ArithmeticError(
                 "floats prove what rationals don't: this machine rounds in its own way"
             )
-        write_file(path, self.text, over=is_proof)
+        return self.text
 
     @classmethod
     def load(cls, path):

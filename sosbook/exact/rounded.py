@@ -42,7 +42,7 @@ class Rounded(Integers):
         if isinstance(x, cls):
             return x
         x = Integers.of(x)
-        if x.ball is None:
+        if not isinstance(x.ball, cls):
             flat = [int(e) / x.d for e in x.z.entries()]
             x.ball = cls(np.reshape(flat, (x.r, x.c)), 0.0).rounded(UNIT)
         return x.ball

@@ -101,14 +101,13 @@ def _proofs(deployment, name):
         unequal = deployment.steering.unequal
     return {
         **{
-            f"unequal_motors/proof_{name}_{k}.json": proof.text
+            f"unequal_motors/proof_{name}_{k}.json": proof.settled_text()
             for k, proof in enumerate(unequal, 1)
-            if proof.settled
+            if proof.proven
         },
         **{
-            f"proof_{name}{file}.json": proof.text
+            f"proof_{name}{file}.json": proof.settled_text()
             for file, proof in proofs.items()
-            if proof.settled or not proof.proven
         },
         "check_proof.py": in_one_file(),
     }
