@@ -232,7 +232,7 @@ class Tab:
 
     def __post_init__(self):
         self.page.on("request", lambda r: self.heard(r.url))
-        self.page.on("requestfailed", lambda r: self.errors.append(f"failed: {r.url}"))
+        self.page.on("requestfailed", lambda r: self.failed(r.url))
         self.page.on("pageerror", lambda e: self.errors.append(str(e)))
         self.page.on(
             "console", lambda m: m.type == "error" and self.errors.append(m.text)
@@ -243,6 +243,13 @@ class Tab:
         """What is asked for, but what the page holds itself: its workers' texts."""
         if not url.startswith("blob:"):
             self.requests.append(url)
+
+    def failed(self, url):
+        """What was asked for in vain. A worker that is stopped, as where a page ends,
+        before its text is read isn't: a text that isn't there any more is an exception.
+        """
+        if not url.startswith("blob:"):
+            self.errors.append(f"failed: {url}")
 
     def arrived(self, frame):
         """The page of another test has gone, and what it said with it."""

@@ -303,6 +303,25 @@ def test_a_page_reaches_no_network_and_what_it_asks_for_is_noticed(visit, tmp_pa
     ]
 
 
+@pytest.mark.parametrize("missing", ["worker", "file"])
+def test_what_a_page_asks_for_in_vain_is_heard(missing, visit, tmp_path):
+    """A worker's text that is gone is no request that fails, but an exception."""
+    script = {
+        "worker": """const u = URL.createObjectURL(new Blob(["1"]));
+            URL.revokeObjectURL(u); new Worker(u);""",
+        "file": "document.body.append(new Image()); document.images[0].src = 'no.png';",
+    }
+    page = tmp_path / "page.html"
+    page.write_text(
+        f"<!doctype html><title>t</title><body><script>{script[missing]}</script>",
+        "utf-8",
+    )
+    tab = visit(page)
+    tab.page.wait_for_timeout(100)
+    said = {"worker": "'Worker'", "file": "failed: file:"}[missing]
+    assert any(said in error for error in tab.errors), tab.errors
+
+
 def test_a_tab_has_nothing_of_the_page_before(visit, tmp_path):
     """Nor of the same page at another place, which is loaded anew."""
     loud, calm = tmp_path / "loud.html", tmp_path / "calm.html"
