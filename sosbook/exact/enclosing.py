@@ -2,6 +2,7 @@
 
 from fractions import Fraction
 from math import hypot
+from typing import Any
 
 from flint import arb, arb_mat, ctx, fmpz_mat
 
@@ -130,18 +131,19 @@ class Enclosing(Swift):
     """
 
     bits = 96, 2 * BALL
+    ball: Any = Ball  # of which class
 
     def op_near(self, a):
         """A ball around the value a."""
-        return Val(Ball.of(certain(a)))
+        return Val(self.ball.of(certain(a)))
 
     def op_exp(self, a):
         """The exponential of the value a."""
-        return Val(Ball.of(certain(a)).exponential())
+        return Val(self.ball.of(certain(a)).exponential())
 
     def op_norm(self, a):
         """A number above the norms of the value a."""
-        return Val(Ball.of(certain(a)).norm())
+        return Val(self.ball.of(certain(a)).norm())
 
     @staticmethod
     def joined(r, c, parts):

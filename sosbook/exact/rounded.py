@@ -13,8 +13,8 @@ import numpy as np
 from .balls import LARGEST, MORE, TINY, UNIT, Unsure, nearest, surely_positive
 from .checker import kernel
 from .checker.arithmetic import LARGEST_EXPONENT, Beyond, Refused, need, scalar
-from .checker.language import Val, certain
 from .definite import positive
+from .enclosing import Enclosing
 from .integers import Integers, Swift
 
 SUM = 1 + 2.0**-28  # times the root of a sum of up to 2^22 squares
@@ -136,23 +136,13 @@ class Rounded(Integers):
         return Fraction(float(MORE * (size * min(root, 1.0) + self.off)))
 
 
-class Rounding(Swift):
-    """A `Swift` reader of such floats.
+class Rounding(Enclosing):
+    """A reader of such floats.
 
     For ``data``, ``unknowns``, ``sets`` and ``point`` see `Reader`.
     """
 
-    def op_near(self, a):
-        """A ball around the value a."""
-        return Val(Rounded.of(certain(a)))
-
-    def op_exp(self, a):
-        """The exponential of the value a."""
-        return Val(Rounded.of(certain(a)).exponential())
-
-    def op_norm(self, a):
-        """A number above the norms of the value a."""
-        return Val(Rounded.of(certain(a)).norm())
+    ball = Rounded
 
     @staticmethod
     def joined(r, c, parts):
