@@ -29,7 +29,7 @@ FRACTION = re.compile(r"-?\d+/0*[1-9]\d*", re.ASCII)
 class Integers(Mat):
     """A `Mat` of rationals: ``z``, a fmpz_mat, over d, an int.
 
-    ``ball``: the `enclosing.Ball` around it, once it was asked for.
+    ``ball``: the enclosed matrix of a reader around it, once it was asked for.
     """
 
     __slots__ = "ball", "z"

@@ -177,7 +177,7 @@ class Found:
 
     @property
     def proven(self):
-        """True if there are cells; whether they prove it the file decides."""
+        """True if balls decided all cells that were found; the file decides again."""
         return self.data["cells"] is not None
 
     @property
