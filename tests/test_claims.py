@@ -1,5 +1,6 @@
 """A claim of the thesis has one verdict, in the rows and in the errata."""
 
+import json
 import re
 from collections import Counter
 from pathlib import Path
@@ -7,8 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sosbook.book import reproduction, thesis
+from sosbook.book import reproduction, tables, thesis
 from sosbook.book.reproduction.files import files
+from sosbook.book.reproduction.table import TEXTS, _assumed, read_texts
 from sosbook.plants.descriptor import descriptors
 from sosbook.requirements.pole_region import PoleRegion
 from tests.values import words
@@ -20,6 +22,7 @@ AGREES = {
     "not reproducible": {"gap", "single character"},
 }
 ROOT = Path(__file__).resolve().parent.parent
+PAGE = ROOT / "book" / "reproduction.ipynb"
 
 
 @pytest.fixture(scope="module")
@@ -79,10 +82,62 @@ def test_no_two_rows_say_the_same(rows):
 @pytest.mark.parametrize(
     "name", ["reproduction.csv", "reproduction.json", "readings.csv"]
 )
-def test_the_page_offers_what_is_computed(name):
+def test_the_page_offers_what_is_computed(rows, name, monkeypatch):
     """Each verdict, each number: also the record of what they were."""
+    monkeypatch.setattr("sosbook.book.reproduction.files.rows", lambda: rows)
     stored = (ROOT / "book" / name).read_text("utf-8")
     assert words.differences(stored, files()[name]) == []
+
+
+def test_the_rows_are_those_that_the_page_computes(rows):
+    """Its cells, which the gate runs, show each of them."""
+    page, shown = json.loads(PAGE.read_text("utf-8")), set()
+    for cell in page["cells"]:
+        source = "".join(cell["source"])
+        if asked := re.match(r'table\("(\w+)", "(.*)"\)$', source):
+            some = [row for row in rows if row.chapter == asked[1]]
+            found = tables.reproduction(some, asked[2])
+            shown.add(asked[1])
+        elif source.endswith("tables.verdicts(rows)"):
+            assert "rows = reproduction.rows()\n" in source
+            found = tables.verdicts(rows)
+        else:
+            continue
+        stored = "".join(cell["outputs"][0]["data"]["text/html"])
+        assert words.differences(stored, found._repr_html_()) == [], source
+    assert shown == {row.chapter for row in rows}
+
+
+def written(entry, row):
+    """Whether a row has the texts of an entry of ``rows.toml``, with some words."""
+    texts = {"claim": ""} | {name: entry[name] for name in TEXTS if name in entry}
+    if row.verdict in ("claim refuted", "not reproducible"):
+        texts["ours"] = entry.get("otherwise", texts.get("ours", "{ours}"))
+    form = re.sub(r"[^\w.{}-]+", "-", texts.pop("id")).strip("-")
+    within = ""
+    if "tolerance" in entry:
+        within = f"{entry['tolerance']:g} {entry.get('unit', '')}".strip()
+    return (
+        all(filled(text, getattr(row, name)) for name, text in texts.items())
+        and filled(form, row.id)
+        and row.kind == entry["kind"]
+        and row.tolerance == (entry.get("within") or within)
+        and row.assumptions == (entry.get("assumptions") or _assumed(row.place))
+    )
+
+
+def filled(form, text):
+    """Whether a text is a form with words in its braces."""
+    parts = re.split(r"\{[^{}]*\}", form)
+    return re.fullmatch(".*".join(map(re.escape, parts)), text, re.DOTALL) is not None
+
+
+def test_the_rows_have_the_texts_of_their_table(rows):
+    entries = read_texts("rows")["rows"]
+    used = [[written(entry, row) for row in rows] for entry in entries]
+    for k, row in enumerate(rows):
+        assert any(of[k] for of in used), row
+    assert [entry["id"] for entry, of in zip(entries, used) if not any(of)] == []
 
 
 def test_a_reading_decides_rows_that_exist_and_names_their_numbers(rows):
