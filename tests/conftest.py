@@ -171,26 +171,29 @@ def one_folder(tmp_path_factory):
     tests.once.FOLDER = None
 
 
-@pytest.fixture(scope="session")
-def rows():
-    """The rows of the reproduction: as they are stored, which its page computes in the
-    gate (``test_claims`` compares them); the campaign computes them here, too.
+def of_the_reproduction(name, kind):
+    """Rows or errata: as they are stored, which their page computes in the gate
+    (``test_claims`` compares them); the campaign computes them here, too.
     """
     from sosbook.book import reproduction
     from tests.cases import CAMPAIGN
 
     if os.environ.get(CAMPAIGN):
-        return tests.once.once("rows", reproduction.rows)
+        return tests.once.once(name, getattr(reproduction, name))
     stored = json.loads((ROOT / "book" / "reproduction.json").read_text("utf-8"))
-    return tuple(reproduction.Row(**row) for row in stored["rows"])
+    return tuple(getattr(reproduction, kind)(**entry) for entry in stored[name])
+
+
+@pytest.fixture(scope="session")
+def rows():
+    """The rows of the reproduction."""
+    return of_the_reproduction("rows", "Row")
 
 
 @pytest.fixture(scope="session")
 def errata():
     """The corrections of the thesis."""
-    from sosbook.book import reproduction
-
-    return tests.once.once("errata", reproduction.errata)
+    return of_the_reproduction("errata", "Erratum")
 
 
 def wait_for(outcome, seconds=600):

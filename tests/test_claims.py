@@ -22,7 +22,6 @@ AGREES = {
     "not reproducible": {"gap", "single character"},
 }
 ROOT = Path(__file__).resolve().parent.parent
-PAGE = ROOT / "book" / "reproduction.ipynb"
 
 
 @pytest.fixture(scope="module")
@@ -82,18 +81,27 @@ def test_no_two_rows_say_the_same(rows):
 @pytest.mark.parametrize(
     "name", ["reproduction.csv", "reproduction.json", "readings.csv"]
 )
-def test_the_page_offers_what_is_computed(rows, name, monkeypatch):
+def test_the_page_offers_what_is_computed(rows, errata, name, monkeypatch):
     """Each verdict, each number: also the record of what they were."""
     monkeypatch.setattr("sosbook.book.reproduction.files.rows", lambda: rows)
+    monkeypatch.setattr("sosbook.book.reproduction.files.errata", lambda: errata)
     stored = (ROOT / "book" / name).read_text("utf-8")
     assert words.differences(stored, files()[name]) == []
 
 
+def cells(name):
+    """(source, shown table) of each cell of a page that shows one."""
+    page = json.loads((ROOT / "book" / f"{name}.ipynb").read_text("utf-8"))
+    for cell in page["cells"]:
+        for output in cell.get("outputs", ()):
+            if "text/html" in output.get("data", ()):
+                yield "".join(cell["source"]), "".join(output["data"]["text/html"])
+
+
 def test_the_rows_are_those_that_the_page_computes(rows):
     """Its cells, which the gate runs, show each of them."""
-    page, shown = json.loads(PAGE.read_text("utf-8")), set()
-    for cell in page["cells"]:
-        source = "".join(cell["source"])
+    shown = set()
+    for source, stored in cells("reproduction"):
         if asked := re.match(r'table\("(\w+)", "(.*)"\)$', source):
             some = [row for row in rows if row.chapter == asked[1]]
             found = tables.reproduction(some, asked[2])
@@ -103,9 +111,21 @@ def test_the_rows_are_those_that_the_page_computes(rows):
             found = tables.verdicts(rows)
         else:
             continue
-        stored = "".join(cell["outputs"][0]["data"]["text/html"])
         assert words.differences(stored, found._repr_html_()) == [], source
     assert shown == {row.chapter for row in rows}
+
+
+def test_the_errata_are_those_that_their_page_computes(errata):
+    """And have the texts of their table, with some words."""
+    shown = dict(cells("errata"))
+    (kinds,) = (x for source, x in shown.items() if source.endswith("kinds(errata)"))
+    (every,) = (x for source, x in shown.items() if source == "tables.errata(errata)")
+    assert any("errata = reproduction.errata()\n" in source for source in shown)
+    assert words.differences(kinds, tables.kinds(errata)._repr_html_()) == []
+    assert words.differences(every, tables.errata(errata)._repr_html_()) == []
+    for entry, erratum in zip(read_texts("corrections")["errata"], errata, strict=True):
+        for name, text in entry.items():
+            assert filled(text, getattr(erratum, name)), erratum
 
 
 def written(entry, row):
