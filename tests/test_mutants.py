@@ -164,7 +164,8 @@ def test_a_page_s_reader_is_changed_as_pages_have_it():
         assert first <= begin < end <= last and f": {text[begin:end]} -> " in line
 
 
-def test_a_change_of_the_page_s_reader_is_noticed_or_survives():
+def test_a_change_of_the_page_s_reader_is_noticed_or_survives(monkeypatch):
+    monkeypatch.setattr(page, "JUDGE", page.JUDGE.replace("+ 5000", "+ 300"))  # ms
     source = page.COUNTER + page.counted("""return {counter, coupledPairs: n => {
       for (let k = 0; k < n; k += 1) if (k > 8) return "many"; return "few"; }};""")
     at = {x: (x, source.index(x), source.index(x) + len(x)) for x in ("> 8", "+= 1")}

@@ -108,6 +108,7 @@ async function begin(given) {
   await post("Profiler.startPreciseCoverage", {callCount: true, detailed: true});
   const watched = new Function(`${source}\\n//# sourceURL=watched.js`)();
   const entered = async enters => {
+    if (!places.length) return enters;
     const {result} = await post("Profiler.takePreciseCoverage");
     for (const {functions} of result.filter(x => x.url.includes("watched.js")))
       for (const {ranges} of functions)
