@@ -127,7 +127,7 @@ def test_promises_want_a_gain():
 
 def test_survey_counts_what_pairs_and_slack_never_do():
     plants = [
-        polytopes.scale_polytope(counterexamples.random_pair(k, 9), 1) for k in (6, 9)
+        polytopes.scale_polytope(counterexamples.random_pair(k, 9), 1) for k in (9,)
     ]
     kinds = "vertices", "pairs", ("slack", 0.1)
     found = polytopes.verify_many(
@@ -138,6 +138,7 @@ def test_survey_counts_what_pairs_and_slack_never_do():
         assert not (found[name] <= 0).any()
 
 
+@pytest.mark.campaign  # chapter 09 shows these rows
 def test_rows_on_the_vertices():
     verdicts = [row.verdict for row in vertices.rows()]
     assert verdicts == [*5 * ["claim refuted"], *2 * ["property holds"]]

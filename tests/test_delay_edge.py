@@ -30,13 +30,12 @@ def wing(example, delta, method="functional", **changes):
 @pytest.mark.parametrize(
     "example, delta, changes",
     [
-        (PUBLISHED, 0.11, {}),
         (PUBLISHED, 0.115, {}),
         (PRINTED, 0.30, {}),
         (PUBLISHED, 0.15, dict(method="shift", alpha=0.8)),
-        *later((PUBLISHED, 0.14, dict(method="shift"))),
+        *later((PUBLISHED, 0.11, {}), (PUBLISHED, 0.14, dict(method="shift"))),
     ],
-    ids=["published", "narrow", "printed", "wider alpha", "shift"],
+    ids=["narrow", "printed", "wider alpha", "published", "shift"],
 )
 def test_a_wing_close_to_its_edge_is_designed_proven_and_analysed(
     example, delta, changes
@@ -76,17 +75,19 @@ def test_a_wing_beyond_its_edge_is_refuted_by_its_slowest_mode(example, delta, c
     assert refused.infeasibility.proven
     slowest = max(example.plant.poles(), key=lambda s: s.real)
     assert f"{slowest.real:.4g}" in refused.infeasibility.part
+    back = pickle.loads(pickle.dumps(refused.infeasibility))  # as another process does
+    assert back.verify() and back.part == refused.infeasibility.part
 
 
 @pytest.mark.slow
+@pytest.mark.campaign  # in the gate chapter 17 prints the first and the third of them
 @pytest.mark.parametrize(
     "example, start, changes, value",
     [
         (PRINTED, 0.3, {}, 0.30),
         (PUBLISHED, 0.1, dict(method="shift", alpha=0.8), 0.15),
-        *later(
-            (PUBLISHED, 0.1, {}, 0.11), (PUBLISHED, 0.1, dict(method="shift"), 0.14)
-        ),
+        (PUBLISHED, 0.1, {}, 0.11),
+        (PUBLISHED, 0.1, dict(method="shift"), 0.14),
     ],
     ids=["printed", "wider alpha", "published", "shift"],
 )
@@ -110,14 +111,6 @@ def test_an_exponential_on_the_wrong_side_is_refused(method, bad, k, off):
     given[k] = str(Fraction(given[k]) * (Fraction(off) if method == "shift" else 2))
     with pytest.raises(verdict.Refused, match=bad):
         verdict.text_of(asked | {"exponentials": given})
-
-
-def test_a_refutation_can_be_sent_to_another_process():
-    """What comes back speaks of the same modes and refutes again."""
-    found = wing(PUBLISHED, 0.6).infeasibility
-    back = pickle.loads(pickle.dumps(found))
-    assert back.verify()
-    assert back.part == found.part
 
 
 @pytest.mark.parametrize("method", ["functional", *campaign(["shift"])])
@@ -147,7 +140,7 @@ def test_infeasible_is_always_proven_and_never_wrong(seed):
     assert made.status == "feasible"
     K = made.certify(6).K
     seen = []
-    for delta in (0.02, 0.1, 0.5, 1.0, 2.0, 4.0):
+    for delta in (0.02, 0.5, 1.0, 4.0):
         both = (
             sos.design_delay_pid(plant, delta=delta, **asked),
             analyse_delay(plant, K, U, 0.2, 0.1, delta),
@@ -173,7 +166,7 @@ def test_infeasible_rates_of_a_polytope_stay_infeasible():
     K = sos.design_delay_pid(plants, [[1.0]], 0.1, 0.1, 0.05, alpha=0.4).K
     verdicts = [
         analyse_delay(plants, K, [[1.0]], 0.1, 0.1, delta).status
-        for delta in (0.01, 0.05, 0.2, 0.8, 1.6, 3.2)
+        for delta in (0.01, 0.2, 1.6, 3.2)
     ]
     order = {"feasible": 0, "undecided": 1, "infeasible": 2}
     ranks = [order[v] for v in verdicts]

@@ -16,7 +16,7 @@ from sosbook.delay import (
     simulate_delay,
 )
 from sosbook.theorems import Times, interval_decay, interval_kernel
-from tests.cases import seeds
+from tests.cases import examples, seeds
 from tests.test_delay_theorems import Motion, integral
 
 SCALAR = DelayedLoop([[0]], [[-1]])
@@ -111,6 +111,7 @@ def test_the_form_bounds_the_derivative_of_V(order, share):
         assert zeta @ form @ zeta <= -true + 1e-9 * abs(true)
 
 
+@pytest.mark.campaign  # "Sharper certificates" has both ends
 @pytest.mark.parametrize("order, proven, beyond", [(0, 1.338, 1.34), (1, 1.34, 1.46)])
 def test_the_scalar_loop_beyond_the_wall(order, proven, beyond):
     """x' = -x(t - d), d in [0, D]: Theorem A.3's wall is at .92, truth 3/2."""
@@ -141,7 +142,7 @@ def test_the_two_masses_beyond_the_wall():
 def test_order_1_proves_what_order_0_proves():
     rng = np.random.default_rng(3)
     seen = 0
-    for _ in range(12):
+    for _ in range(examples(7, 12)):
         A = rng.standard_normal((2, 2)) - np.eye(2)
         Ad = 0.8 * rng.standard_normal((2, 2))
         asked = dict(tau=0.5, mu=0.3, method="interval")
@@ -150,7 +151,7 @@ def test_order_1_proves_what_order_0_proves():
             sharp = analyse_delay(DelayedLoop(A, Ad), order=1, **asked)
             assert sharp.certify().proven
             seen += 1
-    assert seen >= 3
+    assert seen >= 2
 
 
 @pytest.mark.parametrize("seed", seeds(6))

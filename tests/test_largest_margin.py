@@ -1,5 +1,7 @@
 """The point of the largest margin, against problems written anew in cvxpy."""
 
+from functools import cache
+
 import cvxpy
 import numpy as np
 import pytest
@@ -8,6 +10,12 @@ import sosbook as sos
 from sosbook.book import thesis
 from sosbook.book.largest_margin import delay_margin, largest_margin, region_margin
 from sosbook.lmi import Unknown, he
+
+
+@cache
+def of_masses(**changes):
+    """The gain with the largest margin, of the two masses."""
+    return delay_margin(thesis.delay_example_2(), **changes)
 
 
 def distance(K, printed):
@@ -87,20 +95,22 @@ def masses_anew(example):
 def test_the_two_masses_are_those_of_the_thesis_typed_anew():
     example = thesis.delay_example_2()
     t, K = masses_anew(example)
-    found = delay_margin(example)
+    found = of_masses()
     assert found.K == pytest.approx(K, abs=2e-4)
     assert 1000 / found.length == pytest.approx(t, rel=1e-4)
 
 
+@pytest.mark.campaign  # chapter 17 prints them
 @pytest.mark.slow
 def test_the_printed_gains_of_the_masses_are_near_in_seconds_only():
     example = thesis.delay_example_2()
     centre = sos.design_delay_pid(example.plant, **example.requirements)
-    near = distance(delay_margin(example).K, example.K)
+    near = distance(of_masses().K, example.K)
     assert near < 0.05 < 0.3 < distance(centre.K, example.K)
-    assert distance(delay_margin(example, second=10).K, example.K) > 0.3
+    assert distance(of_masses(second=10).K, example.K) > 0.3
 
 
+@pytest.mark.campaign  # chapter 17 prints how far
 @pytest.mark.slow
 def test_the_printed_sign_leads_far_away():
     example = thesis.delay_example_2()
@@ -119,7 +129,7 @@ def test_the_arm_is_near_too():
 @pytest.mark.slow
 def test_its_gain_is_certified_like_any_other():
     example = thesis.delay_example_2()
-    K = delay_margin(example).K
+    K = of_masses().K
     asked = {k: v for k, v in example.requirements.items() if k != "alpha"}
     assert sos.analyse_delay(example.plant, K, **asked).certify().proven
 

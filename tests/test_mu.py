@@ -70,10 +70,10 @@ def test_one_program_finds_the_best_mu(robot, asked):
             gamma=sos.HInfinity(mu=mu),
             **asked,
         )
-        for mu in 2.271e-4 * np.array([0.3, 0.8, 1.0, 1.25, 3.0])
+        for mu in 2.271e-4 * np.array([0.8, 1.0, 1.25])
     ]
     found = [d.gamma or np.inf for d in scan]
-    assert best.gamma <= min(found) == found[2] == best.gamma
+    assert best.gamma <= min(found) == found[1] == best.gamma
     assert best.gamma == 0.00985
     given = sos.analyse_pid(
         robot.plant, robot.K, minimize="gamma", search=sos.Search(backoff=1e-3), **asked
@@ -100,16 +100,13 @@ def test_a_refusal_for_one_mu_says_so(robot, asked):
     assert repr(refused) == "<Design: infeasible for mu = 1>"
     assert refused.advice.startswith("Leave out mu = 1 first")
     assert sos.design_pid(robot.plant, gamma=0.02, **asked).certify().proven
-    for gamma, mu in ((0.009, 1.0), (0.009, None)):
-        never = sos.design_pid(robot.plant, gamma=sos.HInfinity(gamma, mu=mu), **asked)
-        assert never.status == "infeasible" and "mu" not in never.advice
 
 
 def test_a_refusal_without_mu_excludes_every_mu(robot, asked):
     never = sos.design_pid(robot.plant, gamma=0.0098, **asked)
     assert never.status == "infeasible" and never.infeasibility.proven
     assert never.infeasibility.condition == "" and repr(never).endswith("infeasible>")
-    for mu in (1e-6, 2.27e-4, 1, 1e3):
+    for mu in (2.27e-4, 1):
         one = sos.design_pid(robot.plant, gamma=sos.HInfinity(0.0098, mu=mu), **asked)
         assert one.status == "infeasible"
 
@@ -140,7 +137,7 @@ SIZED = {
 }
 
 
-@pytest.mark.parametrize("key", ["gamma", "u_max", "cost"])
+@pytest.mark.parametrize("key", ["cost", *campaign(["gamma", "u_max"])])
 def test_a_bound_is_minimised_over_every_size(robot, key):
     """One step further is refused, with a proof for every size."""
     r = SIZED[key]
@@ -170,9 +167,8 @@ def test_a_minimum_that_one_mu_forbids_says_so(robot, asked, mu):
     assert repr(d) == f"<Design: infeasible for mu = {mu:g}>"
     assert d.advice.startswith(f"Leave out mu = {mu:g} first")
     assert d.gamma is None and d.K is None
-    for gamma in (1.0, 1e3, 1e6):
-        one = sos.design_pid(robot.plant, gamma=sos.HInfinity(gamma, mu=mu), **asked)
-        assert one.status != "feasible"
+    one = sos.design_pid(robot.plant, gamma=sos.HInfinity(1e6, mu=mu), **asked)
+    assert one.status != "feasible"
     more = sos.design_pid(
         robot.plant, minimize="gamma", gamma=sos.HInfinity(mu=1e-3), **asked
     )
@@ -201,7 +197,7 @@ def test_two_bounds_at_once(robot, asked):
         robot.plant, minimize=weights, search=sos.Search(backoff=1e-3), **free
     )
     assert best.certify(9).proven
-    for mu in best.mu * np.array([0.2, 0.9, 1.1, 5]):
+    for mu in best.mu * np.array([0.9, 1.1]):
         fixed = sos.design_pid(
             robot.plant,
             minimize=weights,
