@@ -13,7 +13,7 @@ from sosbook.synthesis.structured.any_order import (
     best_excluded,
     unseen_motions,
 )
-from tests.cases import campaign, later, seeds
+from tests.cases import campaign, examples, later, seeds
 
 from .test_structured_search import best_of_any_order
 
@@ -75,11 +75,12 @@ def test_a_controller_of_lower_order_begins_with_a_part_of_the_best():
     w, z = np.outer(np.eye(4)[3], [1, 0]), np.outer([1, 0], np.eye(4)[1])
     carts = sos.DescriptorSystem(np.eye(4), A, np.eye(4, 1, -2), w, z, [[0], [0.5]])
     law = sos.DynamicLaw(2, np.eye(4)[[1]], noise=[[0, 0.2]])
-    d = sos.design_pid(carts, law=law, minimize="gamma", search=sos.Search(starts=1))
-    assert d.certify().proven and d.gamma < 8
+    d = sos.design_pid(carts, law=law, gamma=8, search=sos.Search(starts=1))
+    assert d.certify().proven
 
 
-@pytest.mark.parametrize("seed", [0, *campaign([1, 2, 3, 4, 8])])
+@pytest.mark.campaign  # the strange plants below are asked the same
+@pytest.mark.parametrize("seed", [0, 1, 2, 3, 4, 8])
 def test_without_noise_no_more_is_excluded_than_little_noise_allows(seed):
     """Less and less noise comes down to it; but multipliers of 2, 8 aren't rational."""
     known, C_y = plant(seed)
@@ -110,7 +111,7 @@ def strange(kind, seed):
 def test_strange_plants_are_excluded_no_more_than_little_noise_allows(kind):
     """Rational multipliers aren't found for each of them."""
     found = 0
-    for seed in range(3):
+    for seed in range(examples(2, 3)):
         known, C_y = strange(kind, seed)
         little = best_of_any_order(known.vertices[0], C_y, 0.3, 1e-3)
         gamma, proof = bound(known, sos.DynamicLaw(1, C_y), 1.5 * little)

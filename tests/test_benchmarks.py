@@ -2,6 +2,7 @@
 
 import json
 import math
+from itertools import product
 from pathlib import Path
 
 import flint
@@ -21,7 +22,7 @@ from benchmarks.robustness import SYSTEMS, asked_in_units
 from benchmarks.truth import broken, poles
 from sosbook.book import thesis
 from sosbook.book.plots import profiles
-from tests.cases import by_turns, campaign, crossed
+from tests.cases import by_turns, crossed, later
 
 HOME = Path(run.__file__).parent
 PROFILE, WAITING = HOME / "profile.json", HOME / "waiting.json"
@@ -45,9 +46,12 @@ def test_cone_data_are_the_blocks(name, framed):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "kind", ["grid", "delayed chain", *campaign(["tree", "pendulums", "observed beam"])]
+    "name, kind",
+    [
+        *crossed(COMPETITORS, ["grid", "delayed chain"]),
+        *later(*product(COMPETITORS, ["tree", "pendulums", "observed beam"])),
+    ],
 )
-@pytest.mark.parametrize("name", COMPETITORS)
 def test_every_competitor_solves_every_kind(name, kind):
     if not COMPETITORS[name].installed():
         pytest.skip(f"{COMPETITORS[name].package} is not installed")
@@ -191,12 +195,8 @@ def test_a_clock_with_ticks_tells_the_time_of_a_short_call(
 
 
 @pytest.mark.slow
-def test_a_trial_tells_time_memory_and_limit():
-    found = trial(Job("free chain", 2, "clarabel"))
-    assert found["status"] == "right" and found["coordinates"] == "raw"
-    assert 0 < found["cpu_s"] and found["calls"] >= 1
-    assert 10 < found["base_mb"] <= found["peak_mb"]
-    late = trial(Job("free chain", 24, "cvxpy + clarabel", 1.0))
+def test_a_trial_has_a_limit():
+    late = trial(Job("free chain", 24, "cvxpy + clarabel", 0.5))
     assert late["status"] == "over the limit"
 
 
@@ -223,7 +223,7 @@ def test_who_was_over_the_limit_is_not_asked_again(monkeypatch):
 
 
 def test_the_staircase_is_the_map():
-    requests = maps.grid(3, 4)
+    requests = maps.grid(2, 3)
     stairs, solves = maps.staircase(requests)
     cells = maps.one_by_one(requests)
     np.testing.assert_array_equal(stairs, cells)
@@ -235,13 +235,20 @@ def test_the_staircase_is_the_map():
 
 
 @pytest.mark.slow
-def test_the_quick_run_is_a_document(tmp_path):
-    found = run.measure(["free chain"], ["clarabel"], quick=True)
-    text = json.dumps(found, allow_nan=False)
-    _check_profile(json.loads(text))
-    assert {r["size"] for r in found["records"]} == {2, 4}
-    kept = run.measure(["arm"], ["sosbook"], old=found, quick=True)
-    assert {r["family"] for r in kept["records"]} == {"free chain", "arm"}
+@pytest.mark.skipif(not PROFILE.exists(), reason="nothing was measured yet")
+def test_the_quick_run_is_a_document():
+    """It tells time and memory, and keeps the records of what wasn't asked."""
+    old = json.loads(PROFILE.read_text("utf-8"))
+    found = run.measure(["free chain"], ["clarabel"], old=old, quick=True)
+    _check_profile(json.loads(json.dumps(found, allow_nan=False)))
+    known = [json.dumps(r) for r in old["records"]]
+    fresh = {r["size"]: r for r in found["records"] if json.dumps(r) not in known}
+    assert fresh.keys() == {2, 4} and len(found["records"]) >= len(known)
+    assert {(r["family"], r["competitor"]) for r in fresh.values()} == {
+        ("free chain", "clarabel")
+    }
+    assert fresh[2]["status"] == "right" and fresh[2]["coordinates"] == "raw"
+    assert 10 < fresh[2]["base_mb"]
 
 
 @pytest.mark.skipif(not PROFILE.exists(), reason="nothing was measured yet")
@@ -299,7 +306,7 @@ def test_what_one_waits_for_is_consistent():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", by_turns(sorted(foreign()), 0))
+@pytest.mark.parametrize("name", by_turns(sorted(foreign()), 0, of=3))
 def test_foreign_plants_are_answered_in_all_units(name):
     """The gain is proven, and does in interval arithmetic what was asked."""
     plant, asked = foreign()[name]

@@ -11,7 +11,14 @@ from sosbook.__main__ import main
 from sosbook.solver.barrier import CONVERGES_BELOW, Barrier
 from sosbook.synthesis import centre
 from sosbook.synthesis.scaled_lmis import ScaledLMIs
-from tests.cases import campaign, chain, random_cost_request, random_request, seeds
+from tests.cases import (
+    campaign,
+    chain,
+    examples,
+    random_cost_request,
+    random_request,
+    seeds,
+)
 
 COUPLING = np.array([[1.0, -1.0], [-1.0, 1.0]])
 
@@ -98,7 +105,9 @@ def test_a_gain_does_not_jump_where_the_plant_ceases_to_do_without(
 @cache
 def asked_without_centre():
     found = []
-    for seed in sorted({*range(36)} - {7, 16, 18, 32}):  # these are refused, slowly
+    for seed in range(examples(20, 36)):
+        if seed in (7, 16, 18, 32):  # these are refused, slowly
+            continue
         asked = random_request(seed)
         try:
             design = sos.design_pid(**asked)
@@ -111,12 +120,12 @@ def asked_without_centre():
 
 def test_central_means_a_small_newton_decrement():
     found = 0
-    for asked in map(random_cost_request, range(12)):
+    for asked in map(random_cost_request, range(examples(7, 12))):
         design = sos.design_pid(**asked)
         if design.status == "feasible":
             assert design.central == (decrement(design) < CONVERGES_BELOW)
             found += 1
-    assert found > 4
+    assert found > 2
 
 
 @pytest.mark.parametrize("count", [6, *campaign([14])])
@@ -160,7 +169,7 @@ def test_a_gain_that_settles_does_not_depend_on_the_bound(monkeypatch):
     monkeypatch.setattr(centre, "LARGE_BOUNDS", centre.LARGE_BOUNDS[-1:])
     others = [(d, sos.design_pid(**asked)) for asked, d in settled]
     compared = [(d, other) for d, other in others if other.reason == words]
-    assert len(compared) > 3
+    assert len(compared) > examples(2, 3)
     for design, other in compared:
         change = np.abs(design.K - other.K).max()
         assert change < 2e-3 * np.abs(other.K).max()

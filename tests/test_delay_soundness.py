@@ -32,7 +32,7 @@ from sosbook.delay import (
 from sosbook.delay.lyapunov import lyapunov_values
 from sosbook.exact.definite import round_digits
 from sosbook.theorems import Functional, delay_functional
-from tests.cases import later, random_plant
+from tests.cases import crossed, later, random_plant
 from tests.test_delay_theorems import NAMES, functional
 
 RAM = thesis.delay_example_2()
@@ -140,8 +140,7 @@ class Mode:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("case", ["design", "analysis", "shift"])
-@pytest.mark.parametrize("mu", [0.0, 0.2])
+@pytest.mark.parametrize("case, mu", crossed(["design", "analysis", "shift"], [0.2, 0]))
 def test_v_is_the_functional_as_defined(case, mu):
     """On a mode of the loop, against Gauss quadrature of V's integrals."""
     tau, delta = 0.4, 0.1
@@ -192,9 +191,9 @@ def test_bad_questions_for_v():
 @pytest.mark.parametrize(
     "seed, method",
     [
-        *((0, "functional"), (1, "shift"), (5, "functional")),
-        *later((0, "shift"), (1, "functional"), (5, "shift")),
-        *later(*product((2, 3, 6, 9, 11), ("functional", "shift"))),
+        *((1, "shift"), (5, "functional")),
+        *later((1, "functional"), (5, "shift")),
+        *later(*product((0, 2, 3, 6, 9, 11), ("functional", "shift"))),
     ],
 )
 def test_no_delay_refutes_a_proof(seed, method):
@@ -235,21 +234,24 @@ def slowest_switched(design, seconds=8.0, h=0.002):
     """The slowest decay of a loop whose plant and delay are chosen at each step, by
     what a motion does: a spring is stiff on the way out and soft on the way back.
     """
-    pairs, request = loops(design), design.request
-    low, high = (round((request.tau + s * request.mu) / h) for s in (-1, 1))
-    found = []
-    for plant, fast, slow in product((1, -1), (low, high), (low, high)):
-        x = [np.eye(2)[0]] * (high + 1)
-        for _ in range(round(seconds / h)):
-            out = x[-1][0] * x[-1][1] * plant > 0
-            (A, A_d), late = pairs[int(out)], fast if out else slow
-            middle = x[-1] + h / 2 * (A @ x[-1] + A_d @ x[-1 - late])
-            seen = (x[-1 - late] + x[-late]) / 2 if late > 1 else x[-1]
-            x.append(x[-1] + h * (A @ middle + A_d @ seen))
-        size, part = np.linalg.norm(x, axis=1), round(seconds / h / 4)
-        first, last = size[part : 2 * part].max(), size[-part:].max()
-        found.append(np.log(first / last) / (2.5 * part * h))
-    return min(found)
+    A, A_d = (np.array(part) for part in zip(*loops(design)))
+    tau, mu = design.request.tau, design.request.mu
+    low, high = (round((tau + s * mu) / h) for s in (-1, 1))
+    ways = np.array([*product((1, -1), (low, high), (low, high))])  # all in one go
+    plant, each, steps = ways[:, 0], np.arange(len(ways)), round(seconds / h)
+    x = np.zeros((high + 1 + steps, len(ways), 2, 1))
+    x[: high + 1, :, 0] = 1
+    for now in range(high, high + steps):
+        out = (x[now, :, :, 0].prod(axis=1) * plant > 0).astype(int)
+        here, there, late = A[out], A_d[out], np.where(out, ways[:, 1], ways[:, 2])
+        seen = x[now - late, each]
+        middle = x[now] + h / 2 * (here @ x[now] + there @ seen)
+        soon = (seen + x[now - late + 1, each]) / 2
+        seen = np.where((late > 1)[:, None, None], soon, x[now])
+        x[now + 1] = x[now] + h * (here @ middle + there @ seen)
+    size, part = np.linalg.norm(x[..., 0], axis=2), round(steps / 4)
+    first, last = size[part : 2 * part].max(axis=0), size[-part:].max(axis=0)
+    return (np.log(first / last) / (2.5 * part * h)).min()
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ import pytest
 
 import sosbook as sos
 from sosbook.proofs.command import main
+from tests.cases import campaign
 
 PAGE = Path(__file__).parents[1] / "book" / "api" / "proofs.md"
 CARTS = {
@@ -77,7 +78,9 @@ VERDICTS = {  # rows, memory, decay
 }
 
 
-@pytest.mark.parametrize("status", VERDICTS)
+@pytest.mark.parametrize(  # test_command has an undecided request
+    "status", ["feasible", "infeasible", *campaign(["undecided"])]
+)
 def test_the_three_verdicts_are_those_of_the_package(ask, status):
     law, sigma = VERDICTS[status]
     asked = {
