@@ -75,7 +75,7 @@ SIZES = st.sampled_from([0.0, 1e-99, 1e-30, 1e-9, 1.0, 3.7, 1e9, 1e30, 1e99, -1.
 
 @pytest.mark.slow
 @settings(
-    max_examples=examples(5, 8),
+    max_examples=examples(3, 8),
     deadline=None,
     derandomize=True,
     suppress_health_check=list(HealthCheck),

@@ -56,7 +56,7 @@ def test_motions_from_the_boundary_stay_and_decay():
     sigma = 3.0
     found = region_of_attraction(EX.plant, EX.K, EX.U, sigma, **ASKED)
     t = np.linspace(0, 1.5, 151)
-    starts = found.boundary(20)
+    starts = found.boundary(8)
     assert np.allclose(found.level(starts.T), 1)
     for x0 in starts:
         motion = simulate_nonlinear(thesis.arm(0.0), arm_gravity, EX.K, t, EX.U, x0=x0)

@@ -71,7 +71,7 @@ ASKED = {
 
 
 TURNS = [
-    pytest.param(plant, what, marks=[pytest.mark.campaign] * ((j + k) % 3 > 0))
+    pytest.param(plant, what, marks=[pytest.mark.campaign] * ((j + k) % 3 != 1))
     for j, plant in enumerate((chain, unsymmetric, light))
     for k, what in enumerate(ASKED)
 ]

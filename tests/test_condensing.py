@@ -12,6 +12,7 @@ import scipy.sparse.linalg
 from sosbook import SecondOrderSystem, design_pid
 from sosbook.plants import condense, load_plant
 from sosbook.plants.massless import massless
+from tests.cases import campaign
 
 
 def beam(elements, E=9.81e7, length=0.3):
@@ -48,7 +49,7 @@ def steady(S, B, **_):
     return np.linalg.solve(S, B)
 
 
-@pytest.mark.parametrize("skew", [0, 0.4])
+@pytest.mark.parametrize("skew", [0.4, *campaign([0])])
 def test_poles_and_static_response_stay(skew):
     given = beam(5)
     S = given["S"]
@@ -65,7 +66,7 @@ def test_poles_and_static_response_stay(skew):
     assert (long == long.T).all()
 
 
-@pytest.mark.parametrize("skew", [0, 0.4])
+@pytest.mark.parametrize("skew", [0.4, *campaign([0])])
 def test_directions_without_mass_are_condensed(skew):
     """The same rows and columns in other coordinates, which mix them."""
     given = beam(4)

@@ -23,7 +23,7 @@ from sosbook.delay.profiles import (
 from sosbook.delay.simulation import simulate_delay
 from sosbook.plants.descriptor import Descriptor, descriptors
 from sosbook.plants.response import simulate
-from tests.cases import campaign
+from tests.cases import campaign, examples
 
 # Example 2 of the thesis's part on delay, joined by a disturbance
 PLANT = sos.SecondOrderSystem(
@@ -349,7 +349,7 @@ def test_a_time_scale_of_picoseconds():
     seed=st.integers(0, 10**6),
     kind=st.sampled_from(["sine", "saw", "switch", "random"]),
 )
-@settings(max_examples=30)
+@settings(max_examples=examples(12, 30))
 def test_what_is_applied_was_asked_for(low, width, dwell, seed, kind):
     """applied(t) is u at t - d(t), simulated as a time of its own."""
     high = low + width

@@ -6,7 +6,7 @@ import pytest
 import sosbook as sos
 from sosbook.book import thesis
 from sosbook.solver.blocks import Blocks
-from tests.cases import GRADIENTS, random_request
+from tests.cases import GRADIENTS, examples, random_request
 
 ONE = [[1.0]]
 
@@ -43,7 +43,7 @@ def test_a_polytope_of_one_plant_is_that_plant(example, design):
 
 @pytest.mark.slow
 def test_analysis_finds_a_proof_for_every_design():
-    for seed in range(7):
+    for seed in range(examples(4, 7)):
         asked = random_request(seed)
         d = sos.design_pid(**asked)
         if d.status == "feasible":

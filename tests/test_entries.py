@@ -70,7 +70,7 @@ def test_ranges_hold_between_the_vertices_too():
         plants,
         law=law((-3, -0.3), (-2, -2)),
         minimize="gamma",
-        search=sos.Search(starts=3),
+        search=sos.Search(starts=2),
     )
     assert d.status == "feasible" and d.gains["K_D"].tolist() == [[-2.0]]
     assert -3 <= d.gains["K_P"].item() <= -0.3

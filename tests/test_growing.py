@@ -118,9 +118,10 @@ def test_what_keeps_it_and_what_is_small_stay_as_they_were():
     assert d.status == "infeasible" and np.isclose(d.infeasibility.mode.real, 0, atol=1)
 
 
-def test_one_pair_of_two_hundred():
+@pytest.mark.parametrize("n", [60, *campaign([100])])
+def test_one_pair_of_a_hundred(n):
     """It takes a second of a processor; the polynomial of the loop took minutes."""
-    plant = structure(n=100, push=3.0)
-    poles = np.linalg.eigvals(loop(plant, np.zeros((1, 200))))
+    plant = structure(n=n, push=3.0)
+    poles = np.linalg.eigvals(loop(plant, np.zeros((1, 2 * n))))
     assert (poles.real > 0).sum() == 2
     refused(plant)

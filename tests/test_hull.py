@@ -28,7 +28,7 @@ from sosbook.requirements.stability import Stability
 from sosbook.studies import polytopes
 from sosbook.synthesis.request import Request
 from tests import energy_to_peak
-from tests.cases import campaign, seeds
+from tests.cases import campaign, examples, seeds
 
 N, INPUTS = 3, 2
 SHAPES = {"E": (N, N), "A": (N, N), "Bu": (N, INPUTS), "Bw": (N, 1)}
@@ -92,7 +92,7 @@ def families(draw):
     return vertices
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(70, 150), deadline=None)
 @given(families(), st.integers(0, 2**32 - 1))
 def test_where_vertices_suffice_the_quotient_stays_in_their_hull(vertices, seed):
     found = quotient_in_hull([system(w) for w in vertices])

@@ -34,7 +34,7 @@ ROUNDED = 1_300_139  # a part of its set ends beside the centre of a smaller one
 
 @pytest.mark.slow
 @pytest.mark.parametrize(  # 4 and 8 take as long as all others together
-    "seeds", [(0, 1, 2, 3, 5, 6, 7, 9, ROUNDED), *campaign([(4, 8, 10, 11, 12)])]
+    "seeds", [(0, 2, 3, 6, 9, ROUNDED), *campaign([(1, 5, 7), (4, 8, 10, 11, 12)])]
 )
 def test_package_checker_and_page_agree(kernel, seeds):
     hunt = hunted(seeds, Page(kernel))

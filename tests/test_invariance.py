@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 
 import sosbook as sos
 from benchmarks.robustness import SYSTEMS, in_units
-from tests.cases import by_turns
+from tests.cases import by_turns, examples
 from tests.random_plants import ODD, ODD_POWERS, Units, as_units, random_case
 
-some = settings(max_examples=5, derandomize=True, deadline=None)
+some = settings(max_examples=examples(2, 5), derandomize=True, deadline=None)
 powers = st.floats(-6, 6)
 seeds = st.integers(0, 10**6)
 

@@ -49,7 +49,7 @@ LOOPS = {  # the first once a week
 
 
 @pytest.mark.parametrize("share", [1.05, *campaign([20])])
-@pytest.mark.parametrize("name", by_turns(LOOPS, 1))
+@pytest.mark.parametrize("name", by_turns(LOOPS, 1, of=4))
 def test_norms_of_a_loop_with_a_jordan_block_are_proven(name, share):
     plant, K = LOOPS[name]
     single = isinstance(plant, sos.DescriptorSystem)

@@ -262,8 +262,7 @@ ENTRIES = {
 
 
 @pytest.mark.filterwarnings("ignore:T = .* the loop is sampled")
-@every_law
-@pytest.mark.parametrize("entry", ENTRIES)
+@pytest.mark.parametrize("entry, name", crossed(ENTRIES, LAWS))
 def test_an_entry_point_takes_every_law(entry, name):
     ENTRIES[entry](name)
 

@@ -109,7 +109,7 @@ def test_many_pairs_are_looked_at_as_each_alone(seed, integrators):
         assert_allclose(values[near], whole[key][near], rtol=1e-12)
 
 
-@pytest.mark.parametrize("asked", by_turns(ASKED, 0))
+@pytest.mark.parametrize("asked", by_turns(ASKED, 2, of=5))
 def test_a_few_pairs_need_no_guess_to_start_from(asked, monkeypatch):
     """Some blocks are no numbers where all unknowns are zero."""
     design = designed(asked)
@@ -150,7 +150,7 @@ def test_a_text_that_needs_single_matrices_is_read_pair_by_pair(requirement):
         assert_allclose(found[name], margin(g), rtol=1e-12)
 
 
-@pytest.mark.parametrize("asked", [*ASKED, "unequal", "one mass"])
+@pytest.mark.parametrize("asked", by_turns([*ASKED, "unequal", "one mass"], 1))
 def test_expressions_of_many_pairs_are_those_of_each_alone(asked, monkeypatch):
     """Written at once and compiled at once, and one by one, they are the same."""
     plant, words = plants(1, k=3), ASKED.get(asked, dict(region=REGION, gamma=2.0))
@@ -190,7 +190,7 @@ def stiffer(plant, count):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("asked", by_turns(ASKED, 1))
+@pytest.mark.parametrize("asked", by_turns(ASKED, 3, of=5))
 def test_a_few_pairs_at_a_time_answer_for_all(few_at_a_time, asked):
     design = designed(asked)
     assert design.status == "feasible"
@@ -211,7 +211,8 @@ def test_the_least_bound_is_that_of_all_blocks(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    "asked", ["gamma", pytest.param("saturation", marks=pytest.mark.slow), "cost"]
+    "asked",
+    [pytest.param("saturation", marks=pytest.mark.slow), *campaign(["gamma", "cost"])],
 )
 @pytest.mark.parametrize("seed", [0, *campaign([1])])
 def test_neither_order_nor_repetition_matters(few_at_a_time, asked, seed):
@@ -256,7 +257,7 @@ def bounded_input(k, n=8):
     )
 
 
-@pytest.mark.parametrize("k", [4, *campaign([3, 5])])
+@pytest.mark.parametrize("k", [3, *campaign([4, 5])])
 def test_the_centre_of_many_vertices_depends_on_no_start(k, monkeypatch):
     """Newton's method creeps there; the set was once taken for one without a centre."""
     asked = bounded_input(k)
@@ -342,7 +343,7 @@ def test_few_vertices_refuse_with_a_slack_matrix(n, count):
 
 
 def test_what_few_pairs_leave_open_is_asked_of_all(monkeypatch):
-    asked = stiffnesses(40, 0.3)
+    asked = stiffnesses(24, 0.3)
     plain, whole = feasibility.search, []
 
     def search(request, **options):
@@ -362,7 +363,7 @@ def test_what_few_pairs_leave_open_is_asked_of_all(monkeypatch):
     monkeypatch.setattr(ScaledLMIs, "refuse", proof)
     design = sos.design_pid(**asked, coupling="pairs")
     assert design.status == "infeasible" and whole == [False, True]
-    assert len(design.infeasibility.multipliers) > 120
+    assert len(design.infeasibility.multipliers) > 90
 
 
 def test_the_checker_builds_the_pairs_that_a_refusal_names(monkeypatch):

@@ -11,7 +11,7 @@ from sosbook.analysis.linear import loop_matrix
 from sosbook.analysis.margins import DiskMargin, disk_margin, sensitivity_peak
 from sosbook.book import thesis
 from sosbook.plants.descriptor import descriptors
-from tests.cases import random_plant, seeds
+from tests.cases import crossed, random_plant, seeds
 from tests.closed import analyse_loop
 
 ROBOT = thesis.example_1()
@@ -242,8 +242,7 @@ def test_the_bound_of_the_input_holds(coupling):
         plain.peak_bound([1, 2, 3])
 
 
-@pytest.mark.parametrize("mu", [0.3, None])
-@pytest.mark.parametrize("coupling", ["pairs", "slack"])
+@pytest.mark.parametrize("coupling, mu", crossed(["pairs", "slack"], [0.3, None]))
 def test_the_bound_of_the_input_holds_under_disturbances(coupling, mu):
     ends = [sos.SecondOrderSystem(m, 0.1, 1, 1, 1) for m in (1, 1.5)]
     design = sos.design_pid(

@@ -11,6 +11,7 @@ import scipy.sparse
 import sosbook as sos
 from sosbook.book import plots
 from sosbook.plants import MeasuredResponse
+from tests.cases import crossed, later
 
 OMEGA = np.geomspace(0.3, 30, 40)
 
@@ -42,7 +43,7 @@ def table(path, unit, omega, H):
     return path / "frf.csv"
 
 
-@pytest.mark.parametrize("unit, turn", [("Hz", 2 * np.pi), ("rad/s", 1.0)])
+@pytest.mark.parametrize("unit, turn", [("Hz", 2 * np.pi), *later(("rad/s", 1.0))])
 def test_a_plant_of_the_family_lies_in_its_band(unit, turn, tmp_path):
     """On the grid every point does; one that is twice as stiff is outside."""
     path = table(tmp_path, unit, OMEGA / turn, response(0.4, 25.0))
@@ -110,17 +111,17 @@ def test_no_such_sensor_or_actuator():
             seen.beside(FAMILY, **beside)
 
 
-@pytest.mark.parametrize("plants", [FAMILY, arm(0.4, 25)])
-@pytest.mark.parametrize(
-    "name, factor",
-    [
-        ("as velocities", 1j * OMEGA),
-        ("as accelerations", -(OMEGA**2)),
-        ("with the other sign", -1),
-    ],
-)
-def test_what_was_measured_instead_is_named(name, factor, plants):
+WRONGLY = {
+    "as velocities": 1j * OMEGA,
+    "as accelerations": -(OMEGA**2),
+    "with the other sign": -1,
+}
+
+
+@pytest.mark.parametrize("name, plants", crossed(WRONGLY, [arm(0.4, 25), FAMILY]))
+def test_what_was_measured_instead_is_named(name, plants):
     """And nothing is said of what is no such thing."""
+    factor = WRONGLY[name]
     H, noise = response(0.4, 25.0), 1 + 0.01 * np.sin(31 * OMEGA)
     wrong = MeasuredResponse(OMEGA, H * factor * noise).beside(plants, sensor=1)
     assert f"; read {name} half of them" in str(wrong)
