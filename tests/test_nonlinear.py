@@ -66,7 +66,7 @@ def test_small_swings_are_those_of_the_linear_arm():
     assert np.abs(swing(t, x0=x0).x - linear.x).max() < 1e-10
 
 
-@pytest.mark.parametrize("angle", [0.5, 3.1, *campaign([1.5])])
+@pytest.mark.parametrize("angle", [3.1, *campaign([0.5, 1.5])])
 def test_the_free_arm_keeps_its_energy(angle):
     t = np.linspace(0, 10, 501)
     free = simulate_nonlinear(
@@ -121,7 +121,7 @@ def test_two_motions_approach_as_the_common_p_says():
     assert found.certify(8).proven
     t, rng = np.linspace(0, 3, 61), np.random.default_rng(3)
     r = Steps([0, 1.5], [[3, 3], [-1, -1]])
-    for _ in range(4):
+    for _ in range(2):
         x, y = (swing(t, r, x0=rng.normal(0, 2, 5)).x for _ in range(2))
         V = np.sum((x - y) * np.linalg.solve(found.P, x - y), axis=0)
         scaled = V * np.exp(2 * sigma * t)

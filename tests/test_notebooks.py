@@ -2,6 +2,7 @@
 
 import ast
 import re
+from functools import cache
 from pathlib import Path
 
 import nbformat
@@ -13,6 +14,7 @@ from tests.each import each
 
 ROOT = Path(__file__).resolve().parent.parent
 FILES = sorted((ROOT / "book").glob("*.ipynb"))
+read = cache(notebooks.read)  # to look at, not to change
 
 
 @each("path", FILES)
@@ -28,7 +30,7 @@ def test_a_notebook_imports_only_what_is_installed(path):
     """A reader's folder isn't the project's: `benchmarks` and `tests` aren't there."""
     aside = {p.stem for p in ROOT.glob("*") if p.is_dir() or p.suffix == ".py"}
     words = r"^\s*(?:from|import) (\w+)"
-    cells = [c for c in notebooks.read(path).cells if c.cell_type == "code"]
+    cells = [c for c in read(path).cells if c.cell_type == "code"]
     found = {m for c in cells for m in re.findall(words, c.source, re.MULTILINE)}
     assert not found & (aside - {"sosbook"})
 
@@ -36,7 +38,7 @@ def test_a_notebook_imports_only_what_is_installed(path):
 @each("path", FILES)
 def test_no_module_of_a_notebook_is_hidden_by_a_value(path):
     """`from sosbook.studies import polytopes`, then `polytopes = {...}`."""
-    cells = [c.source for c in notebooks.read(path).cells if c.cell_type == "code"]
+    cells = [c.source for c in read(path).cells if c.cell_type == "code"]
     lines = [x for c in cells for x in c.split("\n") if not x.startswith(("%", "!"))]
     nodes = list(ast.walk(ast.parse("\n".join(lines))))
     made = [x for x in nodes if isinstance(x, ast.ImportFrom) and "sosbook" in x.module]
@@ -59,7 +61,7 @@ def passages(path):
     """The prose of a page: its Markdown cells, or all of it."""
     if path.suffix == ".md":
         return [path.read_text("utf-8")]
-    cells = notebooks.read(path).cells
+    cells = read(path).cells
     return [cell.source for cell in cells if cell.cell_type == "markdown"]
 
 
@@ -86,7 +88,7 @@ def test_links_to_pages_have_words_a_file_and_its_number(path):
 @each("path", FILES)
 def test_each_figure_that_is_made_is_seen(path):
     """`plots.show` returns it; a line below would keep it from the reader."""
-    for cell in notebooks.read(path).cells:
+    for cell in read(path).cells:
         made = re.search(r"^(?:sos\.)?plots\.show\(", cell.source, re.MULTILINE)
         if cell.cell_type == "code" and made:
             outputs = [o.get("data", {}).get("text/html", "") for o in cell.outputs]
@@ -122,7 +124,7 @@ FALSE = {
 
 @each("path", FILES)
 def test_no_claim_of_a_page_has_become_false(path):
-    cells = [c for c in notebooks.read(path).cells if c.cell_type == "code"]
+    cells = [c for c in read(path).cells if c.cell_type == "code"]
     texts = [o.get("text", "") for c in cells for o in c.outputs]
     lines = [x for text in texts for x in text.split("\n") if "False" in x]
     meant = FALSE.get(path.stem, ())
@@ -138,7 +140,7 @@ def test_figures_are_cited_by_their_number(path):
 
 @each("path", FILES)
 def test_captions_mark_the_thesiss_figures_as_such(path):
-    for cell in notebooks.read(path).cells:
+    for cell in read(path).cells:
         for output in cell.get("outputs", []):
             html = output.get("data", {}).get("text/html", "")
             for caption in re.findall(r"<figcaption>(.*?)</figcaption>", html):
@@ -149,12 +151,14 @@ def test_viewers_that_convert_a_notebook_show_its_figures():
     """nbviewer does so. Beside HTML it would choose no other kind of picture."""
     exporter = pytest.importorskip("nbconvert").HTMLExporter()
     notebook = notebooks.read(ROOT / "book" / "04_lmi_regions.ipynb")
-    figures = []
+    figures, drawing = [], []
     for cell in notebook.cells:
         for output in cell.get("outputs", []):
             if output.get("data", {}).get("text/html", "").startswith("<figure"):
                 figures.append(output.data["text/html"])
                 output.data["image/png"] = "bmV2ZXI="
+                drawing.append(cell)
+    notebook.cells = drawing
     page, _ = exporter.from_notebook_node(notebook)
     assert len(figures) == page.count('class="sos-figure"') > 0
     assert page.count("<path") >= sum(figure.count("<path") for figure in figures)
@@ -268,7 +272,7 @@ def test_a_failing_cell_stores_nothing(tmp_path, capsys):
 @each("path", FILES)
 def test_a_prediction_asks_for_nothing_that_only_jupyter_can_do(path):
     """The answer is a run of the page, not of a cell that the reader changes."""
-    cells = notebooks.read(path).cells
+    cells = read(path).cells
     texts = [cell.source for cell in cells if cell.cell_type == "markdown"]
     boxes = re.findall(r"\*\*Predict, then run\.\*\*.*", "\n".join(texts))
     assert not [box for box in boxes if re.search(r"\bcell\b", box)]
@@ -286,7 +290,7 @@ CONTROL = re.compile(r"\bsos\.design_\w+\(|\.(certify|prove|refuse)\(")
 def cells(path):
     """The cells of code that are on the page, each with the text before it."""
     before = ""
-    for cell in notebooks.read(path).cells:
+    for cell in read(path).cells:
         if cell.cell_type == "markdown":
             before = cell.source
         elif "remove-input" not in cell.metadata.get("tags", []):
@@ -352,7 +356,7 @@ def shows(cell):
 @each("path", FILES)
 def test_a_colon_is_followed_by_what_it_announces(path):
     """Visibly, and where it stands: an opening is shown at the top of the page."""
-    every = notebooks.read(path).cells
+    every = read(path).cells
     for cell, after in zip(every, [*every[1:], None], strict=True):
         if cell.cell_type == "markdown" and (found := ANNOUNCED.search(cell.source)):
             assert not found[1].strip() and shows(after), cell.source[-200:]
@@ -398,9 +402,7 @@ def test_a_reference_to_an_exercise_says_exercise_once(path):
 
 
 def parsed(path):
-    return [
-        ast.parse(c.source) for c in notebooks.read(path).cells if "code" in c.cell_type
-    ]
+    return [ast.parse(c.source) for c in read(path).cells if "code" in c.cell_type]
 
 
 def said(call):

@@ -15,6 +15,7 @@ THINGS = "Theorem|Lemma|Proposition|Corollary|Definition|Exercise|Figure|Table"
 CAPTION = re.compile(rf'caption-number">(?:\s*)({THINGS}) ([\d.]+?)\.? *<')
 EQUATION = re.compile(r'class="eqno">\(([\d.]+)\)')
 LINK = re.compile(r'<a class="reference internal" href="([^"]*)"[^>]*>(.*?)</a>', re.S)
+PLACE = re.compile(r'\bid="([^"]+)"')
 CITED = re.compile(rf"^(?:({THINGS}) )?\(?(\d+\.\d+)\)?$")
 each_chapter = each("chapter", CHAPTERS)
 
@@ -23,6 +24,15 @@ each_chapter = each("chapter", CHAPTERS)
 def pages(site):
     """The HTML of the pages by their names."""
     return {path.stem: path.read_text("utf-8") for path in site.glob("book/*.html")}
+
+
+@pytest.fixture(scope="module")
+def places(pages):
+    """Of each page where its places begin, by their names; of two alike the first."""
+    return {
+        name: {m[1]: m.start() for m in reversed([*PLACE.finditer(html)])}
+        for name, html in pages.items()
+    }
 
 
 def number(chapter):
@@ -89,18 +99,17 @@ def test_each_figure_and_table_of_a_cell_has_a_number_and_a_place(pages, chapter
 
 
 @each_chapter
-def test_a_citation_leads_to_what_has_its_number(pages, chapter):
+def test_a_citation_leads_to_what_has_its_number(pages, places, chapter):
     for address, words in LINK.findall(pages[chapter]):
         text = unescape(re.sub(r"<[^>]+>", "", words)).strip()
         cited = CITED.match(text)
         page, _, place = address.partition("#")
         if not cited or not place:
             continue
-        target = pages[page.removesuffix(".html")] if page else pages[chapter]
-        start = re.search(rf'\bid="{re.escape(place)}"', target)
-        assert start, address
-        after = target[start.start() :]
-        here = CAPTION.search(after) if cited[1] else EQUATION.search(after)
+        name = page.removesuffix(".html") if page else chapter
+        start = places[name].get(place)
+        assert start is not None, address
+        here = (CAPTION if cited[1] else EQUATION).search(pages[name], start)
         assert here[here.lastindex] == cited[2], (text, address)
         assert not cited[1] or here[1] == cited[1]
 

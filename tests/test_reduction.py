@@ -332,7 +332,7 @@ def test_what_lies_on_the_axis_isnt_kept(left_out, unit):
         assert not found.kept and found.pole.real > -1e-6, (region, str(found))
 
 
-@pytest.mark.parametrize("n, unit", [(3000, 9.81), *later((5000, 0.3))])
+@pytest.mark.parametrize("n, unit", [(2000, 9.81), *later((3000, 9.81), (5000, 0.3))])
 def test_a_sparse_whole_is_never_dense(n, unit):
     tracemalloc.start()
     whole = bar(n, unit)
@@ -375,7 +375,7 @@ def test_a_sparse_whole_with_a_gain_and_an_integrator(monkeypatch):
 
 def test_a_proof_of_the_wrong_model():
     """Proven for the part, unstable on the whole: and then a gain that is not."""
-    whole = rotor(300.0, elements=25)
+    whole = rotor(300.0, elements=15)
     part = whole.reduce(modes=12)
     rho = 3 * np.sqrt(part.S.max())
     bold = sos.design_pid(part, region=sos.PoleRegion(6, rho=rho))
@@ -394,7 +394,7 @@ def test_a_proof_of_the_wrong_model():
     assert proof.proven and proof.verify() and proof.K.shape == (4, 2 * whole.n)
     assert all("reduced" not in claim for claim in proof.claims)
     assert eigenvalues(whole, proof.K).real.max() < -6
-    several = [rotor(v, elements=25) for v in (0.0, 300.0, 600.0)]
+    several = [rotor(v, elements=15) for v in (0.0, 300.0, 600.0)]
     worst = gentle.check_on(sos.Polytope(several))
     reals = [eigenvalues(one, K_of(gentle)).real.max() for one in several]
     assert worst.pole.real == pytest.approx(max(reals), rel=1e-6)

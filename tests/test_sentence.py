@@ -133,7 +133,7 @@ def page(tmp_path_factory):
     return asked
 
 
-@pytest.mark.parametrize("count", [500, pytest.param(5000, marks=pytest.mark.campaign)])
+@pytest.mark.parametrize("count", [300, pytest.param(5000, marks=pytest.mark.campaign)])
 def test_sentences_lead_back_and_a_page_says_the_same(page, count):
     """A request is said and read; what is spoiled is refused, or another request."""
     rng, cases, said, refused = random.Random(63), [], [], 0

@@ -48,7 +48,7 @@ def test_the_commands_need_nothing_but_python():
     assert done.returncode and done.stderr.strip() == tasks.__doc__.strip()
 
 
-ROBOTS = "tests/test_mip_six_robots.py"
+SOME = "tests/test_empty_matrices.py"
 COLLECT_TWICE = """
 import pytest, sys
 for more in ([], ["--campaign"]):
@@ -60,7 +60,7 @@ for more in ([], ["--campaign"]):
 @pytest.mark.slow
 def test_the_campaigns_run_when_they_are_called_and_never_else():
     words = "--collect-only", "-qq", "-p", "no:cacheprovider", *tasks.WITHOUT_NBVAL
-    command = sys.executable, "-c", COLLECT_TWICE, *words, ROBOTS
+    command = sys.executable, "-c", COLLECT_TWICE, *words, SOME
     listed = process(*command, cwd=ROOT, check=True).stdout
     few, all_of_them = map(int, re.findall(r"\.py: (\d+)", listed))
     assert 0 < few < all_of_them
@@ -78,7 +78,7 @@ TAKES = r"""
 import subprocess, sys, time
 import pytest
 
-BUSY = "import time; to = time.process_time() + 0.3\nwhile time.process_time() < to: 0"
+BUSY = "import time; to = time.process_time() + 0.2\nwhile time.process_time() < to: 0"
 SERVE = f"import sys\nfor line in sys.stdin: exec({BUSY!r}); print(line)"
 
 @pytest.fixture(scope="module")
@@ -115,8 +115,8 @@ def test_what_each_test_takes_is_stored(tmp_path):
     taken = {name.split("test_")[-1]: seconds for name, seconds in stored}
     assert list(taken) == sorted(taken, key=taken.get, reverse=True)
     # A clock counts in hundredths.
-    assert 0.5 < taken["long"] < 3 and 0 <= taken["short"] < 0.2
-    assert taken["served"] > 0.25 or sys.platform != "linux"
+    assert 0.3 < taken["long"] < 3 and 0 <= taken["short"] < 0.2
+    assert taken["served"] > 0.15 or sys.platform != "linux"
     assert "3 passed" in done.stdout and "CPU seconds; each test" in done.stdout
 
 

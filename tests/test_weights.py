@@ -61,7 +61,7 @@ def test_a_weight_keeps_what_was_asked_of_every_plant(encoder):
 def test_what_no_weight_does_is_refuted_and_no_other_one_is_found(encoder):
     with pytest.raises(ValueError, match="no b keeps to it.*J2 = .*by one program"):
         encoder.bounds.weights(0.05, 0.3, output="load")
-    for b in np.linspace(-0.6, 1.2, 4):
+    for b in np.linspace(-0.6, 1.2, 3):
         c = encoder.set_point(b=b)
         assert loads(c).max() > 1.05 or abs(loads(c, None)).max() > 0.3
     with pytest.raises(ValueError, match="overshoot must"):
