@@ -13,7 +13,7 @@ from scipy.linalg import expm
 
 import sosbook as sos
 from sosbook.plants.descriptor import descriptors
-from tests.cases import by_turns
+from tests.cases import by_turns, campaign
 
 CART = sos.SecondOrderSystem(1, 0.2, 1, 1, F=[[1, 0]])
 
@@ -157,7 +157,7 @@ def test_a_proof_brackets_what_is_true_of_a_channel(name, late):
             assert proof.proven is (kept or not true), (output, w, true, str(proof))
 
 
-@some_laws
+@pytest.mark.parametrize("name", ["PID", *campaign(x for x in LAWS if x != "PID")])
 def test_rest_is_where_a_simulation_ends(name):
     c = controller(name, 0.02)
     ones = [dict(w=w) for w in np.eye(2)]
@@ -169,7 +169,9 @@ def test_rest_is_where_a_simulation_ends(name):
     assert abs(c.static(w=[0, 1])[1]).max() > 1e-3 or LAWS[name][0] is None
 
 
-@some_laws
+@pytest.mark.parametrize(
+    "name", ["dynamic", *campaign(x for x in LAWS if x != "dynamic")]
+)
 def test_a_simulation_answers_each_disturbance_as_its_frequency_response(name):
     c, turn = controller(name, 0.02, 0.02), 0.3  # a tick
     ticks = int(17 / (1 - c.radius)) + 200

@@ -68,6 +68,7 @@ def test_procedure_2_1_gives_the_package_s_gains():
     assert open_["point"].prove().proven
 
 
+@pytest.mark.campaign  # chapter 7 shows the gains and the room of each
 def test_an_objective_chooses_the_point_of_clarabel():
     """The centre has the open cells' gains, the least trace lies on the edge."""
     space = run("07", 2, plant=thesis.example_1().plant, U=np.eye(2))
@@ -185,6 +186,7 @@ def test_the_least_cost_is_riccati_s():
     assert_allclose(field["plain_K"], -B.T @ X, atol=1e-4)
 
 
+@pytest.mark.campaign  # chapter 22 prints whether they have
 def test_the_pendulum_s_pairs_have_the_call_s_gains(capsys):
     """Between the dearest vertex, by scipy's Riccati equation, and the call's bound."""
     plants = polytope(Mip.printed())

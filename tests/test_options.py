@@ -31,7 +31,7 @@ from sosbook.pendulum.recorded import check_recording
 from sosbook.pendulum.rig import DATA, shipped
 from sosbook.pendulum.steering import Steering
 from sosbook.studies import maps, polytopes
-from tests.cases import campaign
+from tests.cases import campaign, examples
 from tests.closed import analyse_loop
 from tests.test_docstrings import function_of, public
 
@@ -45,7 +45,7 @@ FIRST_ORDER = sos.DescriptorSystem(
     [[0], [1]],
     np.eye(1, 2),
 )
-PLANTS = {"plant": CART, "polytope": PAIR, "first order": FIRST_ORDER}
+PLANTS = examples((CART, FIRST_ORDER), (CART, PAIR, FIRST_ORDER))
 K = np.array([[-1.0, -2.0]])
 LOOP = np.eye(2), [[[0, 1], [-3, -2.1]], [[0, 1], [-4, -2.1]]], [[0], [1]], [[1, 0]]
 WITH = {  # what the least bound of a name needs beside it
@@ -67,7 +67,7 @@ def of_each_plant(function, *given):
     def ask(plant):
         return lambda **o: function(plant, *given, **completed(o, plant))
 
-    return [ask(plant) for plant in PLANTS.values()]
+    return [ask(plant) for plant in PLANTS]
 
 
 def completed(options, plant=CART):
@@ -98,7 +98,7 @@ def observed(**options):
 
 def noisy(noise):
     cost = sos.QuadraticCost(np.eye(2), [[1]], noise, bound=50.0)
-    return [sos.design_pid(plant, requirements=[cost]) for plant in PLANTS.values()]
+    return [sos.design_pid(plant, requirements=[cost]) for plant in PLANTS]
 
 
 def edged(name="sigma", **options):
@@ -372,6 +372,17 @@ MARKS = {
         "Controller.to_c, precision='double'",
         "Code, precision='single'",
         "ObserverDesign.analyse, minimize='u_max'",
+        "ObserverDesign.analyse, minimize='gamma'",
+        "check_recording, experiment='wheels'",
+        "compare, minimize='u_max'",
+        "CompiledCode, precision='double'",
+        "design_lqr, coupling='slack'",
+        "design_pid, minimize='cost'",
+        "frontier, x='cost'",
+        "frontier, y='sigma'",
+        "largest, method='shift'",
+        "largest, name='mu'",
+        "regulator, laws='PD'",
     ],
     pytest.mark.campaign,
 )
@@ -439,12 +450,18 @@ def plt_closed():
 REQUESTS = ("analyse_pid", *campaign(["design_pid", "ObserverDesign.analyse"]))
 
 
+@pytest.mark.parametrize("colour", [0, *campaign([1])])
 @pytest.mark.parametrize("name", REQUESTS)
-def test_options_of_a_request_go_together(name):
-    """Each with each, on the way that all of them take, whoever asks."""
+def test_options_of_a_request_go_together(name, colour):
+    """Each with each, on the way that all of them take, whoever asks; the gate takes
+    the pairs on fields of one colour of the chessboard of both.
+    """
     known = {option: values for option, (values, _) in documented()[name].items()}
     couplings = *known["coupling"], ("slack", 0.5)
-    for coupling, least in product(couplings, known["minimize"]):
+    goals = enumerate(known["minimize"])
+    for (i, coupling), (j, least) in product(enumerate(couplings), goals):
+        if (i + j) % 2 != colour:
+            continue
         for mu in (None, 1.0) if least == "gamma" else (None,):
             asked = dict(coupling=coupling, minimize=least)
             if mu is not None:

@@ -11,7 +11,7 @@ from sosbook.exact.checker import verdict
 from sosbook.plants import descriptors, filtered
 from sosbook.proofs.command import main
 from sosbook.requirements.base import Requirement
-from tests.cases import by_hand, later, norm_on_a_grid, seeds
+from tests.cases import by_hand, campaign, later, norm_on_a_grid, seeds
 
 
 def plant(rng, n=2, m=1, p=2):
@@ -110,7 +110,7 @@ def test_for_one_plant_and_a_known_gain_nothing_is_lost(seed):
 
 
 @pytest.mark.parametrize(
-    "seed, coupling", [(0, "pairs"), (1, "slack"), *later((1, "pairs"), (0, "slack"))]
+    "seed, coupling", [(1, "slack"), *later((0, "pairs"), (1, "pairs"), (0, "slack"))]
 )
 def test_a_polytope_keeps_what_is_proven(seed, coupling):
     """Of plants with other masses, springs and inputs, three channels at once."""
@@ -141,7 +141,7 @@ def test_a_polytope_keeps_what_is_proven(seed, coupling):
     assert design.status == "feasible", design.reason
     assert len(checked(design.certify())) == 5
     by_name = {r.name: r for r in design.request.requirements}
-    for one in [*loads.vertices, *loads.sample(20, seed=1)]:
+    for one in [*loads.vertices, *loads.sample(8, seed=1)]:
         for name, rows, inputs in (("quiet", a, [0, 1]), ("felt", b, [1])):
             bound = by_name[name].bound
             assert true_norm(one, U, design.K, rows, inputs) < bound
@@ -335,7 +335,7 @@ def test_plants_may_have_outputs_of_their_own():
         least = sos.analyse_pid(plants, K, minimize="gamma")
         assert least.certify().proven
         true = []
-        for k, c in np.random.default_rng(0).uniform([1, 0.5], [2, 1], (20, 2)):
+        for k, c in np.random.default_rng(0).uniform([1, 0.5], [2, 1], (10, 2)):
             v = {name: np.array(x, float) for name, x in one(k, c).items()}
             A, W = np.linalg.solve(v["E"], v["A"] + v["B"] @ K), v["B_w"]
             W = np.linalg.solve(v["E"], W)
@@ -383,7 +383,7 @@ def test_the_H2_norm_of_one_plant_loses_nothing(seed):
                 checked(proof)
 
 
-@pytest.mark.parametrize("coupling", ["pairs", "slack"])
+@pytest.mark.parametrize("coupling", ["pairs", *campaign(["slack"])])
 def test_the_least_H2_norm_is_that_of_the_Riccati_equation(coupling):
     """Of one plant; of several it is kept between them, beside an H-infinity norm."""
     rng = np.random.default_rng(8)
@@ -510,7 +510,7 @@ def test_the_noise_of_a_sensor_is_in_the_force_that_a_law_gives():
 
 @pytest.mark.parametrize(
     "num, den",
-    [([1], [0.5, 1]), ([0.3, 1], [0.2, 0.1, 1]), *later(([2, 0.1, 3], [1, 0.4, 2]))],
+    [([0.3, 1], [0.2, 0.1, 1]), *later(([1], [0.5, 1]), ([2, 0.1, 3], [1, 0.4, 2]))],
 )
 def test_a_filter_weighs_frequencies(num, den):
     """W times the response, frequency by frequency, in python-control's hands."""
@@ -526,7 +526,7 @@ def test_a_filter_weighs_frequencies(num, den):
     A, W, parts = standard(one, U, K)
     C = sum(R @ parts[k][0] for k, R in rows[0].items())
     D = sum(R @ parts[k][1] for k, R in rows[0].items())
-    grid = 1j * np.geomspace(1e-2, 1e2, 1500)
+    grid = 1j * np.geomspace(1e-2, 1e2, 700)
     plain = control.ss(A, W, C, D)(grid, squeeze=False)
     weight = np.polyval(num, grid) / np.polyval(den, grid)
     sizes = np.linalg.norm((plain * weight).transpose(2, 0, 1), 2, axis=(1, 2))
@@ -534,7 +534,7 @@ def test_a_filter_weighs_frequencies(num, den):
     assert asked.truth(whole.vertices[:1], given) == pytest.approx(
         sizes.max(), rel=1e-3
     )
-    between = [whole.at([1 - t, t]).vertices[0] for t in np.linspace(0, 1, 41)]
+    between = [whole.at([1 - t, t]).vertices[0] for t in np.linspace(0, 1, 11)]
     worst = asked.truth(between, given)
     kept = sos.analyse_pid(whole, given, gamma=1.02 * worst)
     assert kept.status == "feasible" and kept.certify().proven

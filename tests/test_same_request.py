@@ -120,7 +120,7 @@ def in_plain_words(name):
 
 
 TURNS = [
-    pytest.param(name, way, marks=[pytest.mark.campaign] * ((j + k) % 2))
+    pytest.param(name, way, marks=[pytest.mark.campaign] * ((j + k) % 3 > 0))
     for j, name in enumerate(ASKED)
     for k, way in enumerate(WAYS)
 ]

@@ -16,13 +16,21 @@ from sosbook.synthesis import slack as slack_search
 from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaling import Frame
 from tests import clarabel
-from tests.cases import campaign, examples, random_plant, random_request, seeds
+from tests.cases import (
+    campaign,
+    crossed,
+    examples,
+    later,
+    random_plant,
+    random_request,
+    seeds,
+)
 from tests.processes import alone
 from tests.random_plants import float_blocks, scaled
 
 few, many = (
     settings(max_examples=n, derandomize=True, deadline=None)
-    for n in (examples(4, 6), 60)
+    for n in (examples(2, 6), 60)
 )
 numbers = st.integers(0, 10**6)
 
@@ -234,7 +242,7 @@ def sharp(seed):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [1, 2, *campaign([0, *range(3, 8)])])
+@pytest.mark.parametrize("seed", [2, *campaign([0, 1, *range(3, 8)])])
 def test_what_a_vertex_excludes_is_excluded_for_every_scalar(seed):
     """A bound below the least one of a vertex alone."""
     plants, asked, key = sharp(seed)
@@ -257,8 +265,7 @@ def test_what_a_vertex_excludes_is_excluded_for_every_scalar(seed):
         assert one.status != "feasible"
 
 
-@pytest.mark.parametrize("noise", ["F", "states"])
-@pytest.mark.parametrize("seed", seeds(3))
+@pytest.mark.parametrize("noise, seed", crossed(["F", "states"], range(3)))
 def test_slack_at_a_vertex_implies_its_own_LMIs(seed, noise):
     """With P = V' P_i^-1 V, for each requirement of the package."""
     plants, rng = polytope(seed)
@@ -341,7 +348,7 @@ def test_the_vertices_that_refuse_one_scalar_are_asked_for_the_next(monkeypatch)
     assert 1 <= looked.count(None) < len(slack_search.STEPS) / 2
 
 
-@pytest.mark.parametrize("bound, status", [(2, "infeasible"), (3, "feasible")])
+@pytest.mark.parametrize("bound, status", [(3, "feasible"), *later((2, "infeasible"))])
 def test_a_least_bound_refuses_no_scalar_that_a_vertex_refuses(
     bound, status, monkeypatch
 ):

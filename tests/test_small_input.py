@@ -12,7 +12,7 @@ from sosbook.proofs import SmallInputRefusal
 from sosbook.synthesis.feasibility import search
 from sosbook.synthesis.request import Request
 from sosbook.synthesis.small_input import refuse_by_input
-from tests.cases import campaign, seeds
+from tests.cases import campaign, examples, later, seeds
 from tests.least_input import least_input
 from tests.random_plants import ODD, ODD_POWERS, as_units
 from tests.test_near_box import levers
@@ -37,10 +37,9 @@ def of_one_mode(plant, sigma, x0):
 @pytest.mark.parametrize(
     ("M", "D", "S", "B", "sigma", "x0"),
     [
-        (1, 0, -2, 1, 0.0, [1, 0]),
         (2, 0.3, -7, 3, 0.5, [0.2, -0.1]),
-        (0.5, 4, 1, 0.1, 1.0, [1, 1]),
         (1, 1e3, 1, 1, 1.0, [1, 0]),
+        *later((1, 0, -2, 1, 0.0, [1, 0]), (0.5, 4, 1, 0.1, 1.0, [1, 1])),
     ],
 )
 def test_one_degree_of_freedom(M, D, S, B, sigma, x0, unit):
@@ -89,7 +88,7 @@ def random_request(seed, u_max=1.0):
     return Request(plant, U, saturation=sos.Saturation(u_max, x0), **asked)
 
 
-SEEDS = [0, 1, *campaign(range(2, 16))]
+SEEDS = [1, *campaign([0, *range(2, 16)])]
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -119,17 +118,17 @@ def test_a_part_excludes_nothing_that_is_possible(seed):
 
 
 @pytest.mark.slow
-def test_several_plants_and_more_requirements():
+@pytest.mark.parametrize("more", [dict(gamma=5.0), *campaign([{}])])
+def test_several_plants_and_more_requirements(more):
     plants = sos.Polytope([one_mass(1, 0, -2, 1), one_mass(1, 0, -2, 5)])
     plants = sos.Polytope(
         [sos.SecondOrderSystem(v.M, v.D, v.S, v.B, F=[[1.0]]) for v in plants.vertices]
     )
     bound = sos.Saturation(1.9, [1, 0])
-    for more in ({}, {"gamma": 5.0}):
-        for coupling in ("pairs", "vertices", "slack"):
-            design = sos.design_pid(plants, saturation=bound, coupling=coupling, **more)
-            assert design.status == "infeasible", (more, coupling, design.reason)
-            assert design.infeasibility.verify()
+    for coupling in ("pairs", "vertices", "slack"):
+        design = sos.design_pid(plants, saturation=bound, coupling=coupling, **more)
+        assert design.status == "infeasible", design.reason
+        assert design.infeasibility.verify()
 
 
 def test_what_the_proof_does_not_cover_stays_without_it():
@@ -178,7 +177,7 @@ def moved(seed, share):
     return plant, {"region": sos.PoleRegion(sigma), "saturation": bound}
 
 
-@settings(max_examples=6, deadline=None, derandomize=True, database=None)
+@settings(max_examples=examples(2, 6), deadline=None, derandomize=True, database=None)
 @example(0, (8.0, -8.0, 0.0, 0.0, 0.0))  # rows of E T that differ by 1e16
 @example(11, ODD_POWERS)
 @given(st.integers(0, 10**6), st.tuples(*5 * [st.floats(-9, 9)]))

@@ -15,6 +15,7 @@ from tqdm import tqdm
 import sosbook as sos
 from sosbook.studies import maps
 from sosbook.studies.maps.parallel import sweep
+from tests.cases import campaign
 
 POINTS = [(k, 0.1 * k + 0.05) for k in range(9)]
 
@@ -188,7 +189,7 @@ def make_load_case():
     return at_speed
 
 
-@pytest.mark.slow
+@pytest.mark.campaign  # in the gate test_the_same_call_runs_on_a_dask_cluster does
 def test_speeds_run_on_a_dask_cluster(cluster):
     at_speed, speeds = make_load_case(), [0.0, 3.0, 30.0]
     alone = [at_speed(speed) for speed in speeds]
@@ -198,7 +199,7 @@ def test_speeds_run_on_a_dask_cluster(cluster):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("backend", ["loky", "dask"])
+@pytest.mark.parametrize("backend", ["dask", *campaign(["loky"])])
 def test_a_point_has_its_own_time_limit(request, backend):
     """It is over in the worker, and the other points are none the worse."""
     if backend == "dask":

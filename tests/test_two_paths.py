@@ -169,7 +169,7 @@ def loops(name, monkeypatch):
             yield plant, design, np.linalg.eigvals(A + B @ part.reduction.lift(K))
 
 
-@pytest.mark.parametrize("name", by_turns(PLANTS, 0))
+@pytest.mark.parametrize("name", by_turns(PLANTS, 0, of=3))
 def test_check_on_says_the_same_of_both(name, monkeypatch):
     for plant, design, truth in loops(name, monkeypatch):
         found = design.check_on(plant, time_limit=1e3)
@@ -262,7 +262,7 @@ def bars(*size):
     return sp.csc_array(across.T @ across + 0.3 * sp.eye_array(across.shape[1]))
 
 
-@pytest.mark.parametrize("size", [(40, 5, 5), (9, 9, 9)])
+@pytest.mark.parametrize("size", [(40, 5, 5), (7, 7, 7)])
 def test_a_solid_fills_no_more_than_its_band(size):
     """Blocks and slender solids: bars to all neighbours of a grid, held at one end."""
     S = bars(*size)
@@ -374,12 +374,12 @@ def test_condense_makes_one_plant_of_both(unit, monkeypatch):
     assert_allclose(large.B, dense.B)
 
 
-def test_certify_on_proves_nothing_false_of_either(monkeypatch):
-    for name in ("free ends", "two negative springs"):
-        matrices, modes = PLANTS[name]
-        for plant in both(matrices, monkeypatch):
-            part = plant.reduce(modes=modes)
-            design = sos.analyse_pid(part, np.zeros((1, 2 * modes)))
-            truth = np.linalg.eigvals(by_hand(sos.SecondOrderSystem(*matrices))[0])
-            proof = design.certify(on=plant, time_limit=300.0)
-            assert not proof.proven or truth.real.max() < 0
+@pytest.mark.parametrize("name", ["two negative springs", *campaign(["free ends"])])
+def test_certify_on_proves_nothing_false_of_either(name, monkeypatch):
+    matrices, modes = PLANTS[name]
+    for plant in both(matrices, monkeypatch):
+        part = plant.reduce(modes=modes)
+        design = sos.analyse_pid(part, np.zeros((1, 2 * modes)))
+        truth = np.linalg.eigvals(by_hand(sos.SecondOrderSystem(*matrices))[0])
+        proof = design.certify(on=plant, time_limit=300.0)
+        assert not proof.proven or truth.real.max() < 0

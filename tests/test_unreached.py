@@ -12,7 +12,7 @@ from benchmarks.robustness import SYSTEMS, asked_in_units
 from sosbook.proofs import UnreachedResponseRefusal
 from sosbook.synthesis.request import Request
 from sosbook.synthesis.unreached import refuse_by_response
-from tests.cases import seeds
+from tests.cases import crossed, seeds
 from tests.least_norm import least_norm
 from tests.random_plants import ODD, ODD_POWERS, as_units
 
@@ -81,14 +81,13 @@ def test_integrators_hold_what_they_integrate():
     assert refuse_by_response(free) is None
 
 
-@pytest.mark.parametrize("unit", UNITS)
 @pytest.mark.parametrize(
-    "coupling, damping",
-    [(1.0, 2e-6), (0.3, 2e-6), (0.3, 0.4), (1e-3, 2e-6), (0.0, 2e-6)],
+    "spring, unit",
+    crossed([(1.0, 2e-6), (0.3, 2e-6), (0.3, 0.4), (1e-3, 2e-6), (0.0, 2e-6)], UNITS),
 )
-def test_the_peak_between_frequencies_is_found(coupling, damping, unit):
+def test_the_peak_between_frequencies_is_found(spring, unit):
     """The least norm is 1 / |(k_c, k - w^2 + jwd)| at the worst w, in closed form."""
-    k = 2.0
+    (coupling, damping), k = spring, 2.0
     plant = sos.SecondOrderSystem(
         np.eye(2), [[0.1, 0], [0, damping]], [[1, -coupling], [-coupling, k]],
         [[1.0], [0.0]], [[0.0], [1.0]],
