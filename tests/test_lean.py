@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 import sosbook
+from sosbook.pendulum.rig import DATA, shipped
 from sosbook.runtime.libraries import EXTRAS
 from tasks import interpreter
 from tests.processes import compiled, process
@@ -211,16 +212,18 @@ for room in ("book", "studies"):
         except ImportError as error:
             absent.append(name)
 print(*absent)
+from sosbook.book import reproduction
+reproduction.rows()
 """
 
 
 def test_only_pictures_sliders_and_the_books_tables_need_more(booked):
-    absent = run(booked, "-I", "-c", EVERY).split()
+    absent, said = run(booked, "-I", "-c", EVERY, status=1).split("\n", 1)
+    absent = absent.split()
     assert set(absent) >= {"plots", "widgets"}
     there = {"thesis", "elements", "counterexamples", "tables", "maps", "polytopes"}
     assert there.isdisjoint(absent)
-    rows = "from sosbook.book import reproduction; reproduction.rows()"
-    assert "pip install" in run(booked, "-I", "-c", rows, status=1)
+    assert "pip install" in said
 
 
 def test_without_the_book_all_names_are_there_and_its_lack_is_said(lean):
@@ -230,11 +233,23 @@ def test_without_the_book_all_names_are_there_and_its_lack_is_said(lean):
     assert "book needs sosbook.book, which isn't there" in said
 
 
+#: python -m sosbook.pendulum, with less than a minute's rest before it writes, and with
+#: sampled loops for one of three delays.
+BRIEFLY = """
+import runpy
+from sosbook.pendulum import proven, tuning
+proven.REST_SECONDS, tuning.DELAY_SHARES = 6.0, (0.0,)
+runpy.run_module("sosbook.pendulum", run_name="__main__", alter_sys=True)
+"""
+
+
 def test_the_robots_command_needs_nothing_else(lean, tmp_path):
-    command = (lean, "-I", "-m", "sosbook.pendulum")
-    assert "robot.toml" in run(*command, "--help")
+    for name in ("body", "wheels"):
+        shipped(name).part(slice(2000)).write(tmp_path / f"{name}.csv")
+    names = DATA / "thesis.toml", "body.csv", "wheels.csv", "new"
+    command = (lean, "-I", "-c", BRIEFLY, *names)
     said = run(*command, "--cells", 200, "--R", 20, cwd=tmp_path)
-    written = sorted(p.name for p in (tmp_path / "deployment").iterdir())
+    written = sorted(p.name for p in (tmp_path / "new").iterdir())
     assert "identification.html" in written
     assert {Path(name).suffix for name in written} >= {".c", ".h", ".html", ".py"}
     assert "proven" in said
