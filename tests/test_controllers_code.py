@@ -26,7 +26,7 @@ from sosbook.controllers.output_bounds import OutputBounds
 from sosbook.pendulum import Firmware, SampledLaw
 from sosbook.pendulum.export import Program
 from tests.axis import T, axis, rubbed
-from tests.cases import later
+from tests.cases import campaign, later
 from tests.processes import process
 
 TARGETS = "arm-linux-gnueabihf", "arm-linux-gnueabi"
@@ -101,7 +101,7 @@ def test_c_is_python_bit_for_bit(gcc, precision, optimised):
         same(c.watch(lost=0.05), precision, flags, seed=k)
 
 
-@pytest.mark.parametrize("precision", KINDS)
+@pytest.mark.parametrize("precision", ["single", *campaign(["double"])])
 def test_faults_come_at_the_same_tick(gcc, precision):
     found = {
         same(limited().watch(lost=lost, late=late), precision, FLAGS, 200, seed)
@@ -117,7 +117,8 @@ def test_the_files_compile_without_a_warning_and_the_bench_rests(
     gcc, tmp_path, path, precision
 ):
     others = [c.limit(1e4) for c in some_controllers()]  # what a step needs
-    for k, c in enumerate((limited(), *others)):
+    taken = slice(None, None, 2) if precision == "double" else slice(1, None, 2)
+    for k, c in enumerate([limited(), *others][taken]):
         folder = tmp_path / str(k)
         Code(c, "axis", precision).write(folder)
         bench = folder / "bench"
@@ -260,10 +261,10 @@ def test_a_program_is_held_to_the_clocks_of_its_proof():
     """Its tick and its delay are among those that were proven."""
     c = replace(limited(), clock=sos.Clock(limited().T))
     text = Code(c, "axis").gains
-    between = dict(T=(0.0009, 0.0011), delay=(0.0, 0.0002))
-    assert code_fault(c.certify(**between).data, text) == ""
+    proof = c.certify(T=(0.0009, 0.0011), delay=(0.0, 0.0002)).data
+    assert code_fault(proof, text) == ""
     late = redefined(text, "DELAY_REST_US", "400UL")
-    assert "delay" in code_fault(c.certify(**between).data, late)
+    assert "delay" in code_fault(proof, late)
 
 
 @pytest.mark.parametrize("T, fits", [(1e-9, 0), (1.3e-6, 0), (1 / 3000, 1), (3e3, 0)])
@@ -325,8 +326,8 @@ def test_a_program_is_named_after_its_owner(tmp_path):
 @pytest.mark.slow
 def test_the_compiled_program_moves_the_drive(gcc):
     angle, torque = rubbed(CompiledCode(limited()), 0.006, 6.0, 4, lose=97)
-    again, _ = rubbed(Replay(limited()), 0.006, 6.0, 4, lose=97)
-    assert angle.tobytes() == again.tobytes()
+    again, _ = rubbed(Replay(limited()), 0.006, 6.0, 1, lose=97)
+    assert angle[: len(again)].tobytes() == again.tobytes()
     assert abs(angle[-1] - 6) < 0.05 and abs(torque).max() < 2
 
 
@@ -387,7 +388,9 @@ int main(void)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("precision, lost", [("double", 0.0), ("single", 0.004)])
+@pytest.mark.parametrize(
+    "precision, lost", [("single", 0.0), *later(("double", 0.0), ("single", 0.004))]
+)
 def test_a_million_strange_ticks_under_sanitizers(gcc, tmp_path, precision, lost):
     Code(limited().watch(lost=lost), "axis", precision).write(tmp_path)
     (tmp_path / "fuzz.c").write_text(FUZZ, "utf-8")
@@ -479,6 +482,7 @@ def test_ticks_are_seconds():
     assert "MOST_LOST 5 " in Code(slow, "axis").gains and slow.T == T
 
 
+@pytest.mark.usefixtures("without_bounds")
 def test_what_is_not_proven_is_said():
     (_, proven), *_ = facts_of(axis(), 1e-9)[0]
     assert any("sampled loop: NOT PROVEN, stopped after" in line for line in proven)

@@ -225,7 +225,7 @@ def test_what_a_move_leaves_of_the_limit_is_left_for_a_step(c):
 
 @pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
 def test_a_program_with_moves_runs_as_bounded(c, tmp_path):
-    """From what was asked to compiled C, with another weight of the set point, too."""
+    """From what was asked to compiled C, with another weight of the set point."""
     move = c.motions.move(20.0, u_max=2.0)
     moved = c.set_point(profile=move.profile)
     code = Code(moved, "arm")
@@ -236,14 +236,12 @@ def test_a_program_with_moves_runs_as_bounded(c, tmp_path):
     for words in (c.motions.follow(*limits, output=0), c.motions.follow(*limits)):
         assert str(words) in " ".join(bounded(moved, ()))
     r = move.profile.points(20.0)
-    for weighted in (moved.limit(2.0), moved.limit(2.0).set_point(b=0.427)):
-        runs = []
-        for program in (None, CompiledCode(weighted, runs=2)):
-            more = {} if program is None else {"program": program}
-            goal = dict(r=lambda t: [r[min(round(t / T), len(r) - 1)]])
-            runs.append(weighted.simulate(1.1, **goal, **more))
-        assert (runs[0].u == runs[1].u).all() and not runs[1].fault.any()
-        assert abs(runs[1].x[:, -1, 1] - 20).max() < 0.1
+    weighted, runs = moved.limit(2.0).set_point(b=0.427), []
+    for more in ({}, {"program": CompiledCode(weighted, runs=2)}):
+        goal = dict(r=lambda t: [r[min(round(t / T), len(r) - 1)]])
+        runs.append(weighted.simulate(1.1, **goal, **more))
+    assert (runs[0].u == runs[1].u).all() and not runs[1].fault.any()
+    assert abs(runs[1].x[:, -1, 1] - 20).max() < 0.1
     with pytest.raises(ValueError, match="profile has T"):
         c.set_point(profile=Profile(1.0, 1.0, 1.0, 0.5))
 
@@ -299,7 +297,7 @@ def within(limits, T, wanted):
     return np.lib.stride_tricks.sliding_window_view(several, many, 0).mean(axis=2).T
 
 
-@pytest.mark.parametrize("name", by_turns(RUBBING, 0))
+@pytest.mark.parametrize("name", by_turns(RUBBING, 1))
 def test_motions_ask_no_more_than_is_proven_where_speed_costs_something(name):
     """Where an integral is slow a bound by jerk alone was twice what motions ask."""
     c, plant, way, u_max = rubbing(name)
