@@ -372,15 +372,15 @@ def test_bounds_of_four_vertices_and_two_inputs():
     found = sos.design_pid(plants, region=sos.PoleRegion(1, rho=60))
     c = found.controller(["z1", "z2"], T=0.005, delay=0.002)
     c = replace(c, readings=replace(c.readings, steps=np.array([1e-3, 2e-3])))
-    for k in range(2):
+    true = []
+    for m, s in np.random.default_rng(0).uniform((1, 1), (1.3, 1.2), (8, 2)):
+        loop = c.loop(descriptors(two(m, s))[0])
+        h = abs(loop.impulses(loop.noise, loop.direct, 3000)).sum(axis=0)
+        true.append(h @ c.readings.steps / 2)
+    for k, most in enumerate(np.max(true, axis=0)):
         noise = c.bounds.noise(output=k)
-        true = []
-        for m, s in np.random.default_rng(0).uniform((1, 1), (1.3, 1.2), (12, 2)):
-            loop = c.loop(descriptors(two(m, s))[0])
-            h = abs(loop.impulses(loop.noise, loop.direct, 3000))[:, k].sum(axis=0)
-            true.append(h @ c.readings.steps / 2)
         assert noise.proven is not None
-        assert max(true) <= noise.proven < 2 * max(true)
+        assert most <= noise.proven < 2 * most
 
 
 def test_jitter_is_proven_too():

@@ -211,7 +211,7 @@ def test_bounds_and_margins_hold_for_every_plant():
         run = c.simulate(60 * 0.3, r=1.0, plants=one.vertices)
         steps.append(run.x[0, :, 0].max() - 1)
     assert max(steps) <= step.overshoot.proven < 1.2 * max(steps) + 0.05
-    margins = c.margins()
+    margins = c.margins(sharp=False)
     (low, high), R = margins.gain, c.readings.rows
     for one in c.plant.sample(12, 6):
         A, B = next_of(one)

@@ -329,6 +329,7 @@ def test_the_furthest_delay_and_rate():
             furthest_sampled(CART, [[-1, -1.2]], 0.1, **bad)
 
 
+@pytest.mark.campaign  # in the gate test_mip_robot proves a robot's observer so
 def test_the_pendulums_observer_keeps_its_proof_under_delays_that_vary():
     """Its law holds for each delay from none to a tick, in any order."""
     robot = replace(Robot.shipped("thesis"), law="observer")

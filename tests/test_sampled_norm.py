@@ -11,7 +11,7 @@ from scipy.optimize import minimize_scalar
 
 import sosbook as sos
 from sosbook.sampled import SampledProof
-from tests.test_sampled_design import T, held_loop, pair, several
+from tests.test_sampled_design import FEW, T, held_loop, pair, several
 
 FELT = sos.Output(position=[[0, 1]]) & sos.Output(velocity=[[0.5, 0]], input=[[0.3]])
 
@@ -41,7 +41,7 @@ def channel(design, plant):
 
 @functools.cache
 def single():
-    return sos.design_sampled(pair(), several().request.law, T, T)
+    return sos.design_sampled(pair(), several().request.law, T, T, search=FEW)
 
 
 def test_one_loop_loses_nothing_to_its_norm():

@@ -1,7 +1,6 @@
 """Bounds of what a step asks: own simulations stay below them, and near."""
 
 import functools
-import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -87,10 +86,11 @@ def steps(c, plant, j, seconds=8.0, row=None):
 def test_the_bound_of_a_family_is_near_the_worst_plant(name, masses):
     c, make = controller(name, masses), PLANTS[name][0]
     plants = [make(m) for m in np.linspace(*masses, 4)]
-    for j, k in itertools.product(range(len(c.set_points)), range(len(c.outputs))):
-        peak = max(abs(steps(c, plant, j)[:, k]).max() for plant in plants)
-        bound = c.bounds.step(1.0, j, k, time_limit=600)  # a slow computer's, too
-        assert peak <= bound.proven <= 1.1 * peak
+    for j in range(len(c.set_points)):
+        several = [abs(steps(c, plant, j, 4.0)).max(axis=0) for plant in plants]
+        for k, peak in enumerate(np.max(several, axis=0)):
+            bound = c.bounds.step(1.0, j, k, time_limit=600)  # a slow computer's, too
+            assert peak <= bound.proven <= 1.1 * peak
 
 
 def outside(c, found, make, masses, j=0, row=0, ticks=2000):
