@@ -4,6 +4,7 @@ import hashlib
 import json
 import re
 import shutil
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -17,6 +18,7 @@ from sosbook.pendulum.deployment import recommend
 from sosbook.pendulum.rig import DATA
 from sosbook.proofs.command import main as verify
 from tests.processes import alone
+from tests.test_mip_robot import deployed
 
 pytestmark = pytest.mark.slow  # one identification, one design, two proofs
 
@@ -28,10 +30,12 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def found(folder):
-    """What the command makes of the shipped logs."""
+    """What comes of the shipped logs; by the command in tests/test_mip_fit_spread."""
     with pytest.MonkeyPatch.context() as patch:  # a minute's rest: tests/test_mip_rest
         patch.setattr("sosbook.pendulum.proven.REST_SECONDS", 6.0)
-        return main([str(DATA / "body.csv"), str(DATA / "wheels.csv"), str(folder)])
+        found = copy(deployed())
+        found.write(folder)
+        return found
 
 
 def test_both_proofs_hold_for_the_gain_that_is_written(found, folder):
@@ -138,7 +142,7 @@ def test_the_stands_program_knows_the_body_alone(found, folder):
 
 def test_what_is_not_proven_is_not_written(found, tmp_path):
     # an eigenvalue at one
-    forgetless = replace(found, robot=found.robot.but(blend=0.0))
+    forgetless = replace(found, robot=found.robot.but(blend=0.0), cells=1)
     assert not forgetless.proven
     assert all("sampled" in words for words in forgetless.lacking)
     with pytest.raises(ValueError, match="isn't proven.* 0 ms late"):

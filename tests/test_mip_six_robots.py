@@ -27,13 +27,9 @@ def described(machine):
     return by_its_sheet(machine, friction=machine.friction > 0, law=machine.law)
 
 
-#: Each robot takes a minute: the gate takes one, the others run once a week.
-#: Gear motors run from logs to programs in test_mip_robot, too.
-GATE = "Balboa-like"
-MACHINES = [
-    pytest.param(m, id=m.name, marks=[pytest.mark.campaign] * (m.name != GATE))
-    for m in SIX + OTHERS
-]
+#: Each robot takes a minute, and all run once a week: the second of them goes from logs
+#: to programs in test_mip_robot, which is in the gate.
+MACHINES = [pytest.param(m, id=m.name) for m in SIX + OTHERS]
 
 
 @pytest.fixture(scope="module")
@@ -52,9 +48,9 @@ def identified(tmp_path_factory):
     return deployment
 
 
-@pytest.mark.slow
+@pytest.mark.campaign  # in the gate test_mip_robot, test_a_second_robot_end_to_end
 @pytest.mark.parametrize("machine", MACHINES)
-def test_from_its_logs_to_a_minute_upright(machine, identified, tmp_path, pytestconfig):
+def test_from_its_logs_to_a_minute_upright(machine, identified, tmp_path):
     found = identified(machine)
     ratios = found.identified.ratios
     for (name, value), sd in zip(ratios.items(), widened(found.identified)):
@@ -67,9 +63,8 @@ def test_from_its_logs_to_a_minute_upright(machine, identified, tmp_path, pytest
     if find() is None:
         refuse()
     program = Compiled(found.firmware)
-    seconds = 60.0 if pytestconfig.getoption("--campaign") else 20.0
-    tilts, fault = stand(machine, program, machine.V_n, seconds)
-    assert fault == 0 and len(tilts) == round(seconds / machine.T)
+    tilts, fault = stand(machine, program, machine.V_n, 60.0)
+    assert fault == 0 and len(tilts) == round(60.0 / machine.T)
     assert abs(tilts).max() < 0.5
     assert abs(tilts[len(tilts) // 2 :]).max() < np.deg2rad(3)
     print(f"{machine.name}: {found.facts['specification']}, {found.sensitivity:.2f}")
