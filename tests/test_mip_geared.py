@@ -3,6 +3,7 @@
 import json
 import re
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -14,10 +15,17 @@ from sosbook.pendulum.gate import Inspection, check_log, refused, widened
 from sosbook.pendulum.log_fits import fit_wheel
 from sosbook.pendulum.rig import shipped
 from tests.cases import campaign
-from tests.geared_robots import ALL, GATE, described, recorded
+from tests.geared_robots import ALL, described, recorded
 
 #: Either way: a third of what the recorders take in the campaign; less in the gate.
 SECONDS, BRIEF = 10.0, 5.0
+COARSE = "lego"  # of 360 counts a turn, 50 ticks a second and a play of 2 degrees
+
+
+@cache
+def logs_of(name, seconds):
+    """The `recorded` logs of a machine; who changes one makes others of it."""
+    return recorded(ALL[name], seconds)
 
 
 def off(fit, machine):
@@ -26,11 +34,12 @@ def off(fit, machine):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", [GATE, *campaign(x for x in ALL if x != GATE)])
+@pytest.mark.parametrize("name", [COARSE, *campaign(x for x in ALL if x != COARSE)])
 def test_a_robot_with_play_and_coarse_counts_is_fitted(name):
     """Its logs were refused, with wrong causes, before a play was fitted."""
-    machine, seconds = ALL[name], BRIEF if name == GATE else SECONDS
-    seen = Inspection.of(*recorded(machine, seconds).values(), described(machine))
+    machine, seconds = ALL[name], BRIEF if name == COARSE else SECONDS
+    logs = logs_of(name, seconds).values()
+    seen = Inspection.of(*logs, described(machine))
     assert not refused(seen.findings), seen.refusal
     identified = seen.identified
     errors = off(identified, machine)
@@ -86,8 +95,8 @@ def test_counts_that_come_seldom_are_fitted_as_angles(share):
 @pytest.mark.slow
 def test_the_proven_set_holds_what_the_logs_say_or_the_header_says_not(tmp_path):
     """The thesis's 4 % stood below intervals of 9 %."""
-    machine, paths = ALL["lego"], []
-    for name, log in recorded(machine, BRIEF).items():
+    machine, paths = ALL[COARSE], []
+    for name, log in logs_of(COARSE, BRIEF).items():
         paths.append(tmp_path / f"{name}.csv")
         log.write(paths[-1])
     found = deploy(*paths, described(machine), R=20.0)
@@ -132,7 +141,7 @@ def test_a_spread_is_never_below_the_interval():
 )
 def test_a_dead_sensor_or_motor_is_named_and_nothing_else(name, spoil, words):
     """Before, kappa's list was named, or "math domain error"."""
-    machine, logs = ALL["n20"], recorded(ALL["n20"], 3.0)
+    machine, logs = ALL["n20"], dict(logs_of("n20", 3.0))
     logs[name] = spoil(logs[name])
     (finding,) = refused(check_log(name, logs[name], described(machine)))
     assert re.search(words, str(finding))

@@ -10,6 +10,7 @@ from sosbook.pendulum.drive import Drive
 from sosbook.pendulum.modelled import Model
 from sosbook.pendulum.steering import Steering
 from sosbook.pendulum.ticks import START, STEER_COLUMNS, TickLog
+from tests.cases import campaign
 from tests.six_robots import advance
 from tests.test_mip_compare import first
 from tests.test_mip_steering import FIRMWARE, MACHINE, MIP, ROBOT, STEERING
@@ -89,7 +90,7 @@ def test_unequal_motors_are_found_and_allowed():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("change", [dict(more=0.2), dict(upright=6e-4)])
+@pytest.mark.parametrize("change", [dict(upright=6e-4), *campaign([dict(more=0.2)])])
 def test_motors_that_differ_too_much_and_a_wide_body_are_outside(change):
     found = compare(run(replace(TURNER, **change)), MODEL)
     assert found.heading_within is False and found.within is False, found.report
@@ -106,7 +107,7 @@ def test_gears_that_rub_are_found_in_the_turn_too():
 
 @pytest.mark.slow
 def test_a_robot_that_goes_straight_leaves_its_turning_open():
-    found = compare(run(turn=0.0), MODEL)
+    found = compare(run(turn=0.0, seconds=12.0), MODEL)
     assert found.balance_within is True and found.within is None
     assert "let it turn left and right" in found.report
 
