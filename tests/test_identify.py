@@ -111,7 +111,9 @@ def ends(family):
     return {x: (float(a), float(b)) for x, a, b in zip(box.names, box.low, box.high)}
 
 
-@pytest.mark.parametrize("name", MACHINES)
+@pytest.mark.parametrize(
+    "name", [*[x for x in MACHINES if x != "crane"], *campaign(["crane"])]
+)
 def test_the_truth_lies_within_what_the_log_allows(name):
     found, truth = asked(name)
     assert not found.doubts
@@ -130,7 +132,7 @@ def test_an_interval_is_of_the_log_and_not_of_roundings(last):
         M, D, S = (x * (1 + 1e-11 * rng.uniform(-1, 1, x.shape)) for x in of(plant))
         return sos.SecondOrderSystem(M, D, S, plant.B)
 
-    t = np.arange(1000) * 0.002
+    t = np.arange(600) * 0.002
     u = sweep(t, 0.1, last, 1.0)
     record = sos.Record(t, u, encoder(moved(*of(drive(**true)), t, u)[:, :1], COUNT))
     still, noisy = (sos.identify(x, record, true, MOTOR) for x in (drive, shaken))
@@ -404,7 +406,7 @@ def test_a_machine_that_moves_when_the_log_begins():
     record = sos.Record(T[:-150], U[150:], Y[150:])
     with pytest.raises(ValueError, match=r"when the log begins \(rest=False\)"):
         sos.identify(drive, record, GUESS, MOTOR)
-    z, boxes = misses("moving drive", 3)
+    z, boxes = misses("moving drive", 1)
     assert boxes == 1 and np.sqrt(np.mean(np.square(z))) < 1.6
 
 

@@ -79,14 +79,14 @@ def test_the_same_robot_isnt_said_to_be_another(same):
 
 @pytest.mark.slow
 def test_friction_is_found():
-    found = compare(run(replace(MACHINE, friction=0.4)), MODEL)
+    found = compare(run(replace(MACHINE, friction=0.4), seconds=14.0), MODEL)
     assert found.tracking.values["friction"] == pytest.approx(0.4, rel=0.1)
     assert "friction, which no proof has" in found.report
 
 
 @pytest.mark.slow
 def test_a_voltage_that_acts_later_than_proven_is_named():
-    found = compare(run(late=0.008), MODEL)
+    found = compare(run(late=0.008, seconds=14.0), MODEL)
     assert found.tracking.values["delay"] == pytest.approx(0.008, abs=5e-4)
     assert "after the sample, but delay + jitter = 5.5 ms" in found.report
 
@@ -95,7 +95,8 @@ def test_a_voltage_that_acts_later_than_proven_is_named():
 @pytest.mark.parametrize("share", [0.8, *campaign([1.2])])
 def test_another_motor_is_outside_of_what_was_proven(share):
     """e and f of both motors: what a change of gears or magnets does."""
-    found = compare(run(replace(MACHINE, stall=share * MACHINE.stall)), MODEL)
+    other = replace(MACHINE, stall=share * MACHINE.stall)
+    found = compare(run(other, seconds=14.0), MODEL)
     assert found.within is False, found.report
     for name in ("body", "wheels", "back-EMF"):
         assert found.tracking.values[name] == pytest.approx(share, rel=0.03)

@@ -101,7 +101,7 @@ def test_spoilt_logs_are_refused_with_the_reason(
 def test_friction_is_tried_where_gears_rub(robots):
     """Both are told, and those with friction are the robot's."""
     robot = robots["thesis"][0]
-    rig = Rig(friction=0.3, seconds=6.0)
+    rig = Rig(friction=0.3, seconds=4.0)
     logs = rig.body(), rig.wheels()
     seen = Inspection.of(*logs, robot)
     (told,) = [x.text for x in seen.findings if "with friction = true" in x.text]
@@ -205,14 +205,17 @@ def test_force_goes_on_and_every_file_says_so(tmp_path, capsys, monkeypatch):
     def forced(*given, **asked):
         return spared(made(*given, **asked), sampled={}, lacking=())
 
-    paths = DATA / "body.csv", DATA / "wheels.csv", tmp_path / "out"
-    asked = [*map(str, paths), "--gyro_range", "5"]
+    for name in ("body", "wheels"):
+        shipped(name).part(slice(1500)).write(tmp_path / f"{name}.csv")
+    paths = DATA / "thesis.toml", *(tmp_path / x for x in ("body.csv", "wheels.csv"))
+    asked = [*map(str, paths), str(tmp_path / "out"), "--gyro_range", "5"]
     with pytest.raises(SystemExit):
         main(asked)
     assert "gyro_range = 5 rad/s" in capsys.readouterr().err
     (page,) = (tmp_path / "out").iterdir()
     assert page.name == "identification.html"  # the reason, and no program
     monkeypatch.setattr(deployment, "recommend", forced)
+    monkeypatch.setattr("sosbook.pendulum.gate._rubbing", lambda *_: ())
     found = main([*asked, "--force", "--R", "50"])
     assert "FORCED" in found.facts["warning 1"]
     for name in ("balance_gains.h", "rc_balance.c", "pyctrl_balance.py"):
@@ -281,7 +284,8 @@ def test_a_linear_fit_of_uneven_samples_is_refused():
 def test_gears_that_rub_are_not_taken_for_a_late_gyro(name, k):
     """Nor does a large swing hide or feign a sample."""
     (machine,) = (m for m in SIX if m.name == name)
-    (t, V, gyro), _ = record_six(replace(machine, friction=0.04 * machine.V_n))
+    rubs = replace(machine, friction=0.04 * machine.V_n)
+    (t, V, gyro), _ = record_six(rubs, seconds=5.0)
     gyro = np.concatenate([np.full(k, gyro[0]), gyro[: len(gyro) - k]])
     log = Log(t, V, gyro=gyro)
     assert lateness(fit_body(log, friction=True), log) == k

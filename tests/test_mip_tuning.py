@@ -1,6 +1,7 @@
 """The weight and the decay are found, and refusals say the true cause."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -28,10 +29,14 @@ from tests.test_mip_six_robots import described
 Q, GEARS = np.eye(5), OTHER.but(law="gain")
 
 
+@cache
+def gain(mip, robot, R):
+    """K of a design with the weight R."""
+    return design(mip, robot, 0.04, Q, R, 2.0, Gears()).certify().K
+
+
 def peak(mip, robot, R):
-    law = SampledLaw.of_gain(
-        named(design(mip, robot, 0.04, Q, R, 2.0, Gears()).certify().K), robot.T
-    )
+    law = SampledLaw.of_gain(named(gain(mip, robot, R)), robot.T)
     return peak_of((mip, *vertices(mip)), law, robot)
 
 
@@ -61,7 +66,7 @@ def test_a_clock_that_is_too_slow_is_named_with_one_that_would_do():
 def test_the_decay_is_lowered_until_it_is_proven():
     """Gear motors: proven at 0.2/s; at 50/s a smaller one is found."""
     mip = truth(GEARS)
-    K = design(mip, GEARS, 0.04, Q, 5.0, 2.0, Gears()).certify().K
+    K = gain(mip, GEARS, 5.0)
     found = prove(polytope(mip, 0.04), tuning.U, GEARS, K, 0.2)
     assert found.certify().proven
     assert found.request.delta == 0.2
@@ -72,8 +77,7 @@ def test_the_decay_is_lowered_until_it_is_proven():
 
 
 def test_an_unstable_loop_is_the_cause_that_is_named():
-    late = THESIS.but(delay=0.2)
-    K = design(Mip.printed(), THESIS, 0.04, Q, 20.0, 2.0, Gears()).certify().K
+    late, K = THESIS.but(delay=0.2), gain(Mip.printed(), THESIS, 20.0)
     with pytest.raises(ValueError, match="unstable for a delay of .* ms"):
         prove(polytope(Mip.printed(), 0.04), tuning.U, late, K, 0.2)
 
@@ -83,7 +87,7 @@ def test_a_proof_that_lacks_means_says_so(monkeypatch):
         status = "undecided"
 
     monkeypatch.setattr(tuning, "solve_delay", lambda *a, **k: Undecided)
-    K = design(Mip.printed(), THESIS, 0.04, Q, 20.0, 2.0, Gears()).certify().K
+    K = gain(Mip.printed(), THESIS, 20.0)
     with pytest.raises(ValueError, match="0.64.* it is the proof that"):
         prove(polytope(Mip.printed(), 0.04), tuning.U, THESIS, K, 0.2)
 
@@ -135,7 +139,8 @@ def test_a_thin_margin_is_not_written(tmp_path):
 
 @pytest.mark.slow
 def test_other_weights_are_said():
-    found = spared(recommend(Mip.printed(), Q=[2, 1, 1, 1, 0.5]), sampled={})
+    found = recommend(Mip.printed(), Q=[2, 1, 1, 1, 0.5])
+    spared(found, sampled={}, held=found.certificate)
     assert "Q = diag(2, 1, 1, 1, 0.5), R = 20" in (found.facts["specification"])
     assert timed(Robot.shipped("thesis"), found.mip).words == found.facts["robot"]
 
@@ -181,5 +186,7 @@ def test_the_reach_is_what_is_held_with_the_faults_on():
             machine, program, machine.V_n, 6.0, share * found.reach, dropouts=0.0
         )
         assert (fault == 0 and abs(tilts[-100:]).max() < 0.06) == upright
-    short = spared(replace(found, robot=found.robot.but(tip=0.2)), sampled={})
+    same = {x: getattr(found, x) for x in ("delayed", "certificate", "held")}
+    short = replace(found, robot=found.robot.but(tip=0.2))
+    spared(short, sampled={}, **same)
     assert "the motors go off beyond tip = 11 degrees" in facts(short)["reach"]

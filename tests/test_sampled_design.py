@@ -88,9 +88,6 @@ def test_every_plant_between_keeps_the_decay_of_a_controller_of_order_two():
     assert design.sigma > 0.15 and "every constant plant of" in str(design.proof)
     for m in np.linspace(1, 1.5, 11):
         assert radius(held_loop(design, pair(m))[0]) < design.proof.rate
-    asked = dict(law=design.request.law, maximize="sigma", search=FEW)
-    continuous = sos.design_pid(PAIRS, **asked)
-    assert continuous.controller(T=T, delay=T).radius > 1
     assert (
         "decays at least as e^(-" in design.words and "region" in design._repr_html_()
     )
@@ -253,8 +250,8 @@ FASTEST = {  # plant, law, T, delay, loop, box
 }  # fmt: skip
 
 
-# the first is the second in other units
-@pytest.mark.parametrize("name", [*[*FASTEST][1:], *campaign([*FASTEST][:1])])
+# the first is the second in other units, and the last has limits, too
+@pytest.mark.parametrize("name", [*[*FASTEST][1::2], *campaign([*FASTEST][::2])])
 def test_the_fastest_decay_is_that_of_all_gains(name):
     T, delay, gain, lag, law, box = FASTEST[name]
     plant = sos.DescriptorSystem([[1.0]], [[-1 / lag]], [[gain]])
@@ -270,7 +267,8 @@ def test_the_fastest_decay_is_that_of_all_gains(name):
     assert asked.status == "feasible"
 
 
-@pytest.mark.parametrize("m", [9.81, *campaign([0.3])])
+@pytest.mark.campaign  # in the gate two masses in odd units are as fast as can be
+@pytest.mark.parametrize("m", [9.81, 0.3])
 def test_the_fastest_mass_a_tick_late_has_three_equal_poles(m):
     T, law = 0.01, sos.PIDLaw(position=[[1]], velocity=[[1]])
     cart = sos.SecondOrderSystem(m, 0, 0, 1)
