@@ -95,8 +95,8 @@ def test_random_ways_are_found_again(bits):
 
 def test_counts_that_nobody_wraps_stay_as_they_are():
     assert WHEELS.unwrapped == {}
-    for machine in SIX:
-        _, (t, V, *counts) = record(machine)
+    for machine in SIX[1::2]:
+        _, (t, V, *counts) = record(machine, seconds=5.0)
         assert Log(t, V, None, *counts).unwrapped == {}
     t = np.arange(3000) * 0.01
     for top in (90, 120, 127):  # fast, and almost as wide as 8 bits

@@ -111,10 +111,8 @@ def swings(mip, law, delay, limit, friction, compensation):
     return (predicted.frequency, predicted.tilt), (seen, np.ptp(theta) / 2)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "which", ["thesis", pytest.param("gears", marks=pytest.mark.campaign)]
-)
+@pytest.mark.campaign  # in the gate chapter 24 predicts such cycles and simulates them
+@pytest.mark.parametrize("which", ["thesis", "gears"])
 def test_friction_makes_the_cycle_that_its_harmonic_predicts(which):
     """Within a factor of two, and its compensation's effect within a fifth.
 

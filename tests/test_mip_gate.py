@@ -247,7 +247,7 @@ def test_uneven_time_stamps_are_used_as_they_are():
     that it doesn't: worse by far."""
     from sosbook.pendulum.experiments import motion
 
-    rig = Rig()
+    rig = Rig(seconds=12.0)
     x, random = rig.ratios, np.random.default_rng(4)
     logs, flat = [], []
     for log, e, d in ((rig.body(), -x["e_c"], x["d_c"]), (rig.wheels(), x["e_a"], 0.0)):

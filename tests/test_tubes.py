@@ -42,10 +42,8 @@ PLANTS = {
     "hardly damped": (light, {"rho": 600}, {"T": 0.001, "delay": 0.001}),
 }
 WIDE, LESS = (0.75, 1.5), (1.25, 1.5)  # the mass, which takes more cells if it's light
-FAMILIES = [
-    *(("a cart", WIDE), ("two inputs", WIDE), ("hardly damped", LESS)),
-    *later(("hardly damped", WIDE)),
-]
+HARDLY = ("hardly damped", LESS), ("hardly damped", WIDE)
+FAMILIES = [("a cart", WIDE), ("two inputs", WIDE), HARDLY[0], *later(HARDLY[1])]
 
 
 @functools.cache
@@ -82,7 +80,8 @@ def steps(c, plant, j, seconds=8.0, row=None):
 
 
 @pytest.mark.timeout(900)
-@pytest.mark.parametrize("name, masses", FAMILIES)
+# of the hardly damped one the tube of its outputs is in the gate, in the next test
+@pytest.mark.parametrize("name, masses", [*FAMILIES[:2], *later(*HARDLY)])
 def test_the_bound_of_a_family_is_near_the_worst_plant(name, masses):
     c, make = controller(name, masses), PLANTS[name][0]
     plants = [make(m) for m in np.linspace(*masses, 4)]
