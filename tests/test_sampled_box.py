@@ -13,7 +13,7 @@ from sosbook.sampled import cover as search
 from sosbook.sampled.proof import by_balls
 from tests.cases import campaign, later, seeds
 
-RANGES = dict(c=(0.94, 1.06), a=(0.6, 0.68), f=(2.7, 3.3), e=(0.9, 1.1))
+RANGES = dict(c=(0.952, 1.048), a=(0.608, 0.672), f=(2.76, 3.24), e=(0.92, 1.08))
 T = 0.02
 
 
