@@ -151,7 +151,7 @@ def test_the_sign_of_the_anti_windup_is_right():
     for name, time in (("right", 0.05), ("none", None), ("wrong", -0.05)):
         limits = replace(c.limit(2.0).limits, tracking_time=time)
         one = replace(c, limits=limits)
-        run = one.simulate(2.0, r=[8.0])
+        run = one.simulate(1.2, r=[8.0])
         ways[name] = run.x[:, :, 1].max()
     assert ways["right"] < 1.3 * 8 < ways["none"] < ways["wrong"]
 

@@ -233,18 +233,22 @@ def differences(T, stiff, damp, tau):
     )
 
 
+def boxed(listed):
+    """Drives of a range of masses and springs, as a list of corners or by two names."""
+    ranges = dict(m=(0.5, 1.5), k=(0.8, 1.6))
+    if not listed:
+        return sos.Uncertain(drive, **ranges)
+    corners = [drive(m, k) for k in ranges["k"] for m in ranges["m"]]
+    return sos.Polytope([corners[j] for j in (2, 0, 3, 1)])
+
+
 @pytest.mark.parametrize(
     "case", [(0.05, True), *campaign([(0.0, True), (0.05, False), (0.0, False)])]
 )
 def test_a_box_of_mass_and_stiffness_is_decided_in_few_cells(case):
     """Four vertices, an uncertain mass: 64 cells with one P each weren't enough."""
     delay, listed = case
-    law = differences(0.05, 1.0, 2.0, 0.15)
-    ranges = dict(m=(0.5, 1.5), k=(0.8, 1.6))
-    plants = sos.Uncertain(drive, **ranges)
-    if listed:
-        corners = [drive(m, k) for k in ranges["k"] for m in ranges["m"]]
-        plants = sos.Polytope([corners[j] for j in (2, 0, 3, 1)])
+    law, plants = differences(0.05, 1.0, 2.0, 0.15), boxed(listed)
     grid = [drive(m, k) for m in np.linspace(0.5, 1.5, 9) for k in (0.8, 1.2, 1.6)]
     worst = max(
         abs(np.linalg.eigvals(sampled_loop(p, law, 0.05, delay)[0])).max() for p in grid
@@ -253,7 +257,13 @@ def test_a_box_of_mass_and_stiffness_is_decided_in_few_cells(case):
     proof = certify_sampled(plants, law, 0.05, delay, rate=rate)
     assert proof.proven and len(proof.cells) < 16, proof
     assert not certify_sampled(plants, law, 0.05, delay, rate=worst - 1e-6).proven
-    moving = by_balls(plants, law, (0.04, 0.06), (0, 0.04), cells=200)
+
+
+@pytest.mark.campaign  # in the gate test_sampled_box has three plants and such a clock
+@pytest.mark.parametrize("listed", [True, False])
+def test_a_box_of_mass_and_stiffness_is_proven_for_a_clock_that_varies(listed):
+    law = differences(0.05, 1.0, 2.0, 0.15)
+    moving = by_balls(boxed(listed), law, (0.04, 0.06), (0, 0.04), cells=200)
     assert moving.proven, moving
 
 

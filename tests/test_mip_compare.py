@@ -64,7 +64,7 @@ def first(log, ticks=400):
 
 @pytest.fixture(scope="module")
 def same():
-    return compare(run(), MODEL)
+    return compare(run(seconds=16.0), MODEL)
 
 
 @pytest.mark.slow

@@ -14,17 +14,19 @@ from sosbook.pendulum.deployment import Deployment
 from sosbook.pendulum.fit import Fit
 from sosbook.pendulum.optimal import optimal_law
 from sosbook.pendulum.rest import Gears, volts_at_rest
-from tests.cases import later
+from tests.cases import examples, later
 from tests.compiler import find, refuse
 from tests.geared_robots import ALL, KINDS, stand
 from tests.six_robots import by_its_sheet, pendulum, spared
 
+REST = examples(10.0, 20.0)  # s
+
 
 @pytest.fixture(autouse=True)
 def briefly(monkeypatch):
-    """Ten seconds' rest are as loud as a minute's."""
-    monkeypatch.setattr("sosbook.pendulum.proven.REST_SECONDS", 10.0)
-    monkeypatch.setattr("sosbook.pendulum.tuning.QUIET_SECONDS", 10.0)
+    """A sixth or a third of a minute's rest is as loud."""
+    monkeypatch.setattr("sosbook.pendulum.proven.REST_SECONDS", REST)
+    monkeypatch.setattr("sosbook.pendulum.tuning.QUIET_SECONDS", REST)
 
 
 def asked(geared, law=None):
@@ -43,7 +45,7 @@ def quiet(name):
 def loud(geared, law, robot):
     """The share of the limit that another simulator sees at rest."""
     program = Firmware.of(law, robot).controller()
-    tilts, volts, _, fault = stand(geared, program, seconds=12.0, seed=1)
+    tilts, volts, _, fault = stand(geared, program, seconds=1.2 * REST, seed=1)
     tilts, volts = (x[len(x) // 3 :] for x in (tilts, volts))
     assert fault == 0 and abs(tilts - tilts.mean()).max() < np.radians(3)
     return float(np.sqrt(np.mean(volts**2))) / robot.limit
@@ -80,7 +82,7 @@ def test_no_robot_is_louder_than_what_is_said(name, share):
     law, robot = quiet(name).law, quiet(name).robot
     rub = 0.9 * machine.friction, 1.1 * machine.friction
     gears = replace(Gears.of(None, robot), frictions=rub)
-    said = volts_at_rest(asked(machine)[0], law, robot, 10.0, gears) / robot.limit
+    said = volts_at_rest(asked(machine)[0], law, robot, REST, gears) / robot.limit
     heard = loud(machine, law, robot)
     assert heard <= said < 2 * heard
 

@@ -29,7 +29,7 @@ from sosbook.sampled.discretize import SampleTiming, input_vertices
 from sosbook.sampled.loops import SampledFamily
 from sosbook.sampled.proof import by_balls
 from sosbook.sampled.shapes import PlantShape
-from tests.cases import campaign
+from tests.cases import campaign, examples
 from tests.closed import analyse_loop
 
 U = [[0, 1]]  # phi is integrated
@@ -206,7 +206,7 @@ def test_short_samples_give_the_continuous_gain():
         assert errors[1] == pytest.approx(errors[0] / 10, rel=0.1)
 
 
-@settings(max_examples=12, deadline=None, derandomize=True)
+@settings(max_examples=examples(6, 12), deadline=None, derandomize=True)
 @given(
     seed=st.integers(0, 10**6),
     n=st.integers(1, 2),
@@ -474,7 +474,7 @@ def test_the_proof_is_about_the_printed_digits():
     assert found.K.tolist() == [[-1.23, -1.5]]
 
 
-@settings(max_examples=15, deadline=None, derandomize=True)
+@settings(max_examples=examples(8, 15), deadline=None, derandomize=True)
 @given(seed=st.integers(0, 10**6), late=st.sampled_from([0, 0.5, 1, 1.3]))
 def test_random_sampled_lqr_is_proven_and_half_its_margin_too(seed, late):
     rng = np.random.default_rng(seed)

@@ -27,7 +27,7 @@ def pair(m=1.0):
 
 
 PAIRS = sos.Polytope([pair(), pair(1.5)])
-FEW = sos.Search(starts=3)
+FEW = sos.Search(starts=2)
 
 
 @functools.cache
