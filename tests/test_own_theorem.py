@@ -77,16 +77,6 @@ def proof(request):
     return design.certify()
 
 
-def test_a_stranger_checks_the_blocks_and_quotes_the_author(proof, tmp_path):
-    assert proof.proven and json.loads(proof.text)["version"] == 2
-    proof.save(tmp_path / "peak.json")
-    for code, said in strangers(tmp_path / "peak.json"):
-        assert code == AUTHOR, said
-        assert "plant of the polytope, under u = K x, is stable" in said
-        words = '"|z(t)| < 0.6 from rest for w of energy one"'
-        assert f"peak, by its author's theorem: {words}" in said
-
-
 def changed(text, change):
     whole = json.loads(text)
     change(whole)
@@ -138,12 +128,23 @@ CHANGES = (
 )
 
 
-def test_changed_files_are_refused(proof, tmp_path):
-    paths = [tmp_path / f"{k}.json" for k in range(len(CHANGES))]
-    for path, change in zip(paths, CHANGES, strict=True):
-        path.write_text(changed(proof.text, change), "utf-8")
-    for code, said in strangers(*paths):
-        assert code in (1, 2) and "proven:" not in said.replace("not proven:", ""), said
+def test_a_stranger_checks_the_blocks_quotes_the_author_and_refuses_changes(
+    proof, tmp_path
+):
+    assert proof.proven and json.loads(proof.text)["version"] == 2
+    texts = [proof.text, *(changed(proof.text, change) for change in CHANGES)]
+    paths = [tmp_path / f"{k}.json" for k in range(len(texts))]
+    for path, text in zip(paths, texts, strict=True):
+        path.write_text(text, "utf-8")
+    words = '"|z(t)| < 0.6 from rest for w of energy one"'
+    for k, (code, said) in enumerate(strangers(*paths)):
+        if k % len(paths):
+            assert code in (1, 2), said
+            assert "proven:" not in said.replace("not proven:", ""), said
+            continue
+        assert code == AUTHOR, said
+        assert "plant of the polytope, under u = K x, is stable" in said
+        assert f"peak, by its author's theorem: {words}" in said
 
 
 def test_the_author_reads_his_own_file_as_before(proof, tmp_path):

@@ -94,8 +94,9 @@ def differ(one, other):
         assert np.any(x != y) and np.allclose(x, y, rtol=1e-12, atol=0)
 
 
-def test_the_noise_reaches_a_new_process():
-    quiet = printed()
+def test_the_noise_reaches_a_new_process(capsys):
+    exec(PROGRAM, {})  # here
+    quiet = json.loads(capsys.readouterr().out)
     first = printed(**{noise.SEED: "1"})
     assert first == printed(**{noise.SEED: "1"})
     differ(quiet, first)
