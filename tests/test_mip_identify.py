@@ -109,7 +109,7 @@ def test_plain_differencing_biases_the_wheels(ideal):
 @pytest.mark.slow
 def test_friction_is_found_and_not_taken_for_damping(ideal):
     truth, rig = ideal[0], Rig(friction=0.3)
-    body, wheels = head(rig.body(), 20), head(rig.wheels(), 20)
+    body, wheels = head(rig.body(), 12), head(rig.wheels(), 12)
     plain, rubbing = fit_wheel(wheels), fit_wheel(wheels, friction=True)
     assert plain["f_a"] > 1.2 * truth["f_a"]
     assert rubbing["friction"] == pytest.approx(0.3, rel=0.02)

@@ -102,7 +102,7 @@ def test_the_fastest_loops_are_those_of_closed_forms():
     assert late.K.item() == pytest.approx(-(a**2) / 4 / (1 - a), rel=1e-2)
     assert np.exp(-late.sigma * 0.3) == pytest.approx(a / 2, rel=1e-2)
     for sigma in (3.0, 3.01, 3.02, 3.03):  # what is proven is no less than asked
-        asked = sos.design_sampled(lag, P, 0.3, 0.3, sigma=sigma)
+        asked = sos.design_sampled(lag, P, 0.3, 0.3, sigma=sigma, search=FEW)
         assert asked.certify().rate <= np.exp(-sigma * 0.3)
     cart = sos.SecondOrderSystem(1, 0, 0, 1)
     full = sos.PIDLaw(position=[[1]], velocity=[[1]])
@@ -315,6 +315,7 @@ def test_a_gain_whose_proof_has_no_time_left_is_not_called_too_slow(monkeypatch)
     law = sos.PIDLaw(position=[[1]], filter=0.5)
     limits = StepLimits(effort=100)
     for more in ({"sigma": 0.2}, {}, {"sigma": 0.2, "requirements": [limits]}):
+        more["search"] = FEW
         design = sos.design_sampled(cart, law, T=0.5, delay=0.5, **more)
         assert design.status == "undecided"
         assert "before it was proven" in design.reason
