@@ -74,7 +74,7 @@ def test_what_was_found_before_the_time_was_over_is_kept(monkeypatch):
 
 
 def test_cuts_stop_where_they_help_no_more():
-    design = least(sos.Uncertain(bicycle, v=(3, 7)))
+    design = least(sos.Uncertain(bicycle, v=(3, 7)), "pairs")
     assert design.request.plant.family.pieces == {"v": 1}
 
 

@@ -332,7 +332,7 @@ def test_what_lies_on_the_axis_isnt_kept(left_out, unit):
         assert not found.kept and found.pole.real > -1e-6, (region, str(found))
 
 
-@pytest.mark.parametrize("n, unit", [(2000, 9.81), *later((3000, 9.81), (5000, 0.3))])
+@pytest.mark.parametrize("n, unit", [(3000, 9.81), *later((5000, 0.3))])
 def test_a_sparse_whole_is_never_dense(n, unit):
     tracemalloc.start()
     whole = bar(n, unit)

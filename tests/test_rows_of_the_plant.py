@@ -44,13 +44,10 @@ def test_what_no_controller_keeps_is_refused_in_each_spelling():
         ("plant's", plant(C=C, D_u=D_u), None),
         ("padded", plant(), sos.Output(state=wide, input=D_u)),
     ):
-        asked = sos.HInfinity(0.05, outputs=output)
-        design = sos.design_pid(
-            own, law=law, requirements=[asked], search=sos.Search(starts=1)
-        )
-        assert design.status == "infeasible" and design.infeasibility.proven
-        asked = dict(law=law, requirements=[asked])
+        asked = dict(law=law, requirements=[sos.HInfinity(0.05, outputs=output)])
         floor[name] = str(sos.analyse_pid(own, np.diag([0, -1]), **asked).bounds())
+    design = sos.design_pid(own, **asked, search=sos.Search(starts=1))
+    assert design.status == "infeasible" and design.infeasibility.proven
     unstable = sos.analyse_pid(own, np.diag([0, 1]), **asked)
     assert unstable.bounds()["gamma"].excluded is None
     assert "no linear controller keeps" in floor["padded"]

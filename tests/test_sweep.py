@@ -199,7 +199,7 @@ def test_speeds_run_on_a_dask_cluster(cluster):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("backend", ["dask", *campaign(["loky"])])
+@pytest.mark.parametrize("backend", ["loky", *campaign(["dask"])])
 def test_a_point_has_its_own_time_limit(request, backend):
     """It is over in the worker, and the other points are none the worse."""
     if backend == "dask":
@@ -223,7 +223,7 @@ def test_a_point_has_its_own_time_limit(request, backend):
     assert radius == 1 and "stopped" not in other  # sigma = 1 leaves no room
 
 
-@pytest.mark.slow
+@pytest.mark.campaign  # in the gate test_a_point_that_always_kills_is_named, by loky
 def test_dask_names_a_point_that_always_kills(cluster, monkeypatch):
     monkeypatch.setattr(cluster.cluster.scheduler, "allowed_failures", 0)
 
