@@ -43,13 +43,6 @@ OPENING = """
 }
 """
 
-#: Formulas that MathJax fits to the height of the reader's font: in one with
-#: large small letters they would be wider than their place.
-FITTED_FORMULAS = """
-() => [...document.querySelectorAll("mjx-container")].map((box) => box.style.fontSize)
-  .filter((size) => size !== "120%")
-"""
-
 #: Boxes that are wider than their place on a desk: formulas, tables, code, figures.
 #: Each of them fades at an edge and has a bar to scroll it. On a phone their inside is
 #: as wide, and their place narrower by as much as the column of 676 pixels is there.

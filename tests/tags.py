@@ -14,6 +14,8 @@ COLOURS = re.compile(r'<span class="\w+">|</span>|<span></span>')
 #: Nothing in these is of a page's kinds: what has tests of its own, and the title that
 #: printers get.
 CLOSED = {"head", "script", "style", "svg", "mjx-container", "pre", "sos-", "print"}
+#: No rule of axe asks where these stand.
+WORDS = {"span", "code", "em", "strong", "sup", "br", "i"}
 HEADINGS = {f"h{k}" for k in range(1, 7)}
 NAMED = HEADINGS | {"a", "button", "summary", "caption", "label", "th"}
 NAMES = "aria-label", "alt", "title"
@@ -33,7 +35,8 @@ class Tags(HTMLParser):
         super().__init__()
         self.links, self.loads, self.ids, self.anchors = [], [], [], {""}
         self.levels, self.unnamed, self.referred = [], [], []
-        #: Parent, tag, attributes and role of each element; of a link its style, too.
+        #: Parent, tag, attributes and role of each element, of words no parent; of a
+        #: link its style, too.
         self.kinds = set()
         self.open, self.closed = [], 0
         self.feed(bare(text))
@@ -61,7 +64,7 @@ class Tags(HTMLParser):
 
     def describe(self, tag, given):
         """The kind of an element, its level, and what it refers to."""
-        parent = self.open[-1][1] if self.open else ""
+        parent = self.open[-1][1] if self.open and tag not in WORDS else ""
         names = frozenset(given) - {"id", "class", "href", "name", "title"}
         style = given.get("class") if tag == "a" else None
         self.kinds.add((parent, tag, names, given.get("role"), style))

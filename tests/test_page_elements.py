@@ -12,7 +12,16 @@ from sosbook.book.notebooks import BOOK
 from tests import layout
 from tests.cases import by_turns, later
 from tests.conftest import Tab
-from tests.elements import assert_readable, held, points, said, step, still, write_page
+from tests.elements import (
+    assert_quiet,
+    assert_readable,
+    held,
+    points,
+    said,
+    step,
+    still,
+    write_page,
+)
 
 KINDS = {"sos-delay", "sos-map", "sos-robot"}
 pytestmark = pytest.mark.skipif(
@@ -354,6 +363,26 @@ def test_all_are_readable_in_light_and_dark_and_fit_a_phone(shelf):
     shelf.emulate_media(color_scheme="light")
     shelf.evaluate("delete document.documentElement.dataset.theme")
     shelf.set_viewport_size(size)
+
+
+#: All have drawn and said what they start with, and what is solved is there.
+STARTED = """() => [...document.querySelectorAll("main > *")].every(e =>
+  e.querySelector("svg") && e.find("readout").textContent.trim() &&
+  (!e.solver || e.answer?.digest === e.digest))"""
+
+
+def test_every_element_of_the_book_starts_and_fits_a_phone(visit, tmp_path):
+    """In silence; the first of each kind are on the shelf."""
+    others = [text for _, text in stored() if text not in FIRST.values()]
+    sheet = tmp_path / "others.html"
+    write_page(sheet, "<main class='bd-article'>", *others, "</main>")
+    tab = visit(sheet, width=390, height=844)
+    tab.page.wait_for_function(STARTED)
+    assert tab.page.locator("main > *").count() == len(others) > 15
+    assert tab.page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    assert tab.page.evaluate(layout.LOOSE_READOUTS) == []
+    assert tab.page.evaluate(layout.PROGRAM_UNITS) == []
+    assert_quiet(tab)
 
 
 def test_numbers_are_short_and_have_powers_of_ten(tab):
