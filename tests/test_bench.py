@@ -18,7 +18,7 @@ from sosbook.book import elements
 from sosbook.book.elements.answers import asked_of
 from sosbook.proofs.command import main, read_plant_file
 from sosbook.synthesis.proofs import DesignRefusal
-from tests.cases import campaign
+from tests.cases import campaign, examples
 from tests.compiler import find, refuse
 from tests.elements import middle, points, still, write_page
 from tests.processes import process
@@ -64,21 +64,31 @@ def element(tab, words):
 
 
 def design(tab):
-    tab.page.get_by_role("button", name="Design for these matrices").click()
+    tab.page.locator("sos-bench .sos-design").click()
     tab.page.wait_for_function(READY)
     return element(tab, "answer")
 
 
 def program(tab, kind):
-    tab.page.get_by_role("button", name=kind, exact=True).click()
+    tab.page.locator(f"sos-bench button:text-is('{kind}')").click()
     return tab.page.locator("sos-bench pre").inner_text()
 
 
+#: Texts into fields that can be seen, as if each were typed.
+TYPE = """texts => {
+  for (const [name, text] of Object.entries(texts)) {
+    const field = document.querySelector(`sos-bench [data-field=${name}]`);
+    if (!field.checkVisibility()) throw new Error(`${name} can't be seen`);
+    field.focus();
+    field.value = text;
+    field.dispatchEvent(new Event("input", {bubbles: true}));
+  } }"""
+
+
 def type_in(tab, **texts):
-    for name, text in texts.items():
-        if box := BOXES.get(name):
-            tab.page.locator(f"[data-wanted={box}]").check()
-        tab.page.locator(f"[data-field={name}]").fill(text)
+    for box in {BOXES[name] for name in texts if name in BOXES}:
+        tab.page.locator(f"[data-wanted={box}]").check()
+    tab.page.evaluate(TYPE, texts)
 
 
 def locked(tab):
@@ -89,7 +99,11 @@ def locked(tab):
     return marked[0]
 
 
+@pytest.mark.campaign
 def test_typed_matrices_are_designed_for(tab):
+    """In the gate: a range is designed for whole, random requests have the package's
+    verdict, and all three texts of one ask the same.
+    """
     type_in(
         tab,
         M="[[2, 0],\n [0, 1]]",
@@ -190,7 +204,8 @@ TABLE = [
     (DRIVE | {"D": "1 2; 3"}, "row 2 has 1 numbers, the first has 2"),
 ]
 CURE = re.compile(r"(; |, but for the inputs there )sosbook\.plants\.condense ")
-FILL = """([texts, wanted]) => {
+#: What the page says to each of the texts, if it locks what is below, and its note.
+FILL = """all => all.map(([texts, wanted]) => {
   const e = document.querySelector("sos-bench");
   for (const box of e.view.querySelectorAll("[data-wanted]"))
     box.checked = wanted === box.dataset.wanted;
@@ -198,7 +213,9 @@ FILL = """([texts, wanted]) => {
     area.value = texts[area.dataset.field] ?? area.value;
   e.view.querySelector("textarea").dispatchEvent(new Event("input", {bubbles: true}));
   e.view.querySelector(".sos-design").click();
-  return e.view.querySelector(".sos-fault").textContent; }"""
+  return [e.view.querySelector(".sos-fault").textContent,
+    e.view.querySelector(".sos-inner").matches(".sos-locked[inert]"),
+    e.view.querySelector(".sos-note").textContent]; })"""
 
 
 def package(texts):
@@ -229,10 +246,12 @@ def package(texts):
 
 
 def test_the_form_has_the_checks_of_the_package_and_its_words(tab):
+    """And its verdict, on each third that it takes; on all of them once a week."""
     words = {"Q": "1 1 1 1 1", "R": "1", "x0": "", "ranges": "", "r": ""}
-    for texts, own in TABLE:
-        fault = tab.page.evaluate(FILL, [words | texts, texts.get("wanted", "")])
-        assert locked(tab) == bool(fault), texts
+    asked = [[words | texts, texts.get("wanted", "")] for texts, _ in TABLE]
+    seen, designed = tab.page.evaluate(FILL, asked), 0
+    for (texts, own), typed, (fault, locks, note) in zip(TABLE, asked, seen):
+        assert locks == bool(fault), texts
         assert "undefined" not in fault and "null" not in fault
         if own:
             assert own in fault, texts
@@ -242,14 +261,16 @@ def test_the_form_has_the_checks_of_the_package_and_its_words(tab):
         assert (told in fault) if refusal else not fault, (texts, fault, refusal)
         if refusal:
             continue
-        note = tab.page.locator(".sos-note").inner_text()
         assert note == "".join(warned), texts
+        designed += 1
+        if designed % examples(3, 1):
+            continue
+        assert tab.page.evaluate(FILL, [typed]) == [[fault, locks, note]]
         tab.page.wait_for_function(READY, timeout=60_000)
-        answer = element(tab, "answer")
-        asked = asked_of(element(tab, "request()"))
+        answer, request = element(tab, "answer"), element(tab, "request()")
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            status = sos.design_pid(**asked).status
+            status = sos.design_pid(**asked_of(request)).status
         # of a mode that no input moves the page has no proof: it says "undecided"
         known = texts["B"] == "0" and status == "infeasible"
         assert answer["status"] == ("undecided" if known else status), texts
@@ -301,7 +322,9 @@ def told(tab):
     return element(tab, "querySelector('.sos-readout').innerText").split("Solved")[0]
 
 
-@pytest.mark.parametrize("wanted", [["gamma", "cost", "u_max"], *campaign([[]])])
+@pytest.mark.parametrize(
+    "wanted", [["cost", "u_max"], *campaign([[], ["gamma", "cost", "u_max"]])]
+)
 def test_a_link_leads_to_the_typed_plant_and_its_answer(tab, visit, wanted):
     type_in(tab, **DRIVE | {"M": "0.0025, 0\n0, 0.004"})
     for key in wanted:
@@ -312,24 +335,24 @@ def test_a_link_leads_to_the_typed_plant_and_its_answer(tab, visit, wanted):
     for _ in range(3):
         number(tab, "theta").press("ArrowDown")
     tab.page.wait_for_function(READY)
-    K, said = np.array(element(tab, "answer")["K"]), told(tab)
+    K, said = np.array(element(tab, "answer")["K"]), [told(tab), sentence(tab)]
     assert answer["status"] == "feasible" and answer["K"] != K.tolist()
     tab.page.get_by_role("button", name="Link to this").click()
     more = "querySelector('.sos-more').innerText"
     assert "now leads to this setting" in element(tab, more)
     again = visit(tab.page.url, width=390)
-    for _ in range(2):  # once more, by a reload
+    for before in (lambda: None, again.page.reload):
+        before()
         again.page.wait_for_function(READY)
         assert np.abs(np.array(element(again, "answer")["K"]) / K - 1).max() < 1e-5
-        assert told(again) == said and not locked(again)
+        assert [told(again), sentence(again)] == said and not locked(again)
         assert element(again, more) == "" and element(again, "matrices.M") == (
             "0.0025, 0;0, 0.004"
         )
-        names = {}
-        exec(program(again, "As Python"), names)
-        assert names["plant"].M.tolist() == [[0.0025, 0], [0, 0.004]]
         assert again.errors == []
-        again.page.reload()
+    names = {}
+    exec(program(again, "As Python"), names)
+    assert names["plant"].M.tolist() == [[0.0025, 0], [0, 0.004]]
 
 
 @pytest.mark.parametrize(
@@ -363,7 +386,7 @@ def test_an_address_is_read_like_any_other_input(visit, sheet, address, fault, m
 
 def test_an_answer_for_another_plant_is_never_drawn(tab):
     """Events of one task: sliders move while the plant changes under them."""
-    for seed in range(8):
+    for seed in range(examples(3, 8)):
         tab.page.evaluate(
             """seed => {
           const e = document.querySelector("sos-bench"), fire = (part, kind, Kind) =>
@@ -610,7 +633,7 @@ VERDICT = """([texts, wanted, places]) => {
 
 @pytest.mark.slow
 @pytest.mark.timeout(3000)
-@pytest.mark.parametrize("count", [20, pytest.param(1000, marks=pytest.mark.campaign)])
+@pytest.mark.parametrize("count", [12, pytest.param(1000, marks=pytest.mark.campaign)])
 def test_page_and_package_give_the_same_verdict_on_what_is_typed(tab, count):
     """With the gain; what the page alone refuses is proven, what it leaves is rare."""
     seen, apart = Counter(), []
@@ -643,7 +666,7 @@ def test_page_and_package_give_the_same_verdict_on_what_is_typed(tab, count):
             apart.append((seed, *verdicts))
     assert apart == [] and seen["open"] <= count // 500
     for status in ("feasible", "infeasible"):  # of one plant, of ranges, of several
-        assert all(seen[status, kind] >= count // 20 for kind in range(3)), seen
+        assert all(seen[status, kind] > count // 50 for kind in range(3)), seen
 
 
 @pytest.mark.parametrize("count", [40, pytest.param(1000, marks=pytest.mark.campaign)])
@@ -722,13 +745,13 @@ def test_numbers_are_typed_in_an_engineer_s_words(tab):
 
 
 def test_the_ruler_takes_every_number_and_no_answer_puts_it_back(tab):
-    """Of the plant and of the step as well; a swipe gives it back."""
+    """Those of the plant and of the step; a swipe gives it back."""
     page = tab.page
     page.locator("[data-key=example]").select_option("1")
     page.locator("[data-wanted=u_max]").check()
     page.wait_for_function(READY)
     ruler = page.locator(".sos-ruler input")
-    for key in ("J2/1", "step", "sigma"):
+    for key in ("J2/1", "step"):
         number(tab, key).focus()
         seen = [number(tab, key).input_value()]
         box = still(ruler)
@@ -805,10 +828,6 @@ def test_every_number_of_the_sentence_is_typed_where_it_stands(tab):
     )
     start = sos.Wish(family, {"U": data["U"], "words": words})
     assert start.read(said).data == data | {"words": words}
-    page.wait_for_timeout(400)
-    page.reload()
-    page.wait_for_function(PROVEN)
-    assert sentence(tab) == f"{said}: part proven."
 
 
 def test_the_truth_is_the_package_s(tab):
@@ -872,6 +891,7 @@ def test_what_is_too_large_for_the_page_is_written_for_the_package(tab):
     assert names["design"].status == "feasible"
 
 
+@pytest.mark.campaign  # test_page_request: what a reader typed stays, by both
 def test_undo_and_reload_bring_a_setting_back(tab, visit):
     page = tab.page
     type_in(tab, **RANGE)
