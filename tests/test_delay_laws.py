@@ -10,7 +10,7 @@ import sosbook as sos
 from sosbook.delay import analyse_delay, constant_delays, design_delay_pid
 from sosbook.exact.checker import verdict as checker
 from sosbook.laws import Filter, ShapedLaw
-from tests.cases import later
+from tests.cases import campaign, later
 
 # a train of two masses that turns a little: hardly damped, unsymmetric, two inputs
 M, D = [[3.2, 0.3], [0.3, 1.1]], [[0.05, 0.4], [-0.4, 0.03]]
@@ -108,8 +108,7 @@ def test_a_scheduled_gain_is_not_taken_for_a_constant_one():
 
 
 @pytest.mark.parametrize(
-    "asked",
-    [dict(mu=0.02), dict(delta=2.0), *later((dict(mu=0.03),), (dict(tau=0.2),))],
+    "asked", [dict(mu=0.02), *campaign([dict(delta=2.0), dict(mu=0.03), dict(tau=0.2)])]
 )
 def test_a_refusal_says_how_slow_the_loop_is_and_what_has_a_proof(asked):
     gains = searched().gains

@@ -65,7 +65,7 @@ def least(plant, region, x0):
     return one * rate * x / b
 
 
-LEFT = "driven, 9.81e3", "grid"
+LEFT = "driven, 9.81e3", "rotor", "grid"
 
 
 @pytest.mark.parametrize("name", [x for x in CASES if x not in LEFT] + campaign(LEFT))

@@ -30,7 +30,7 @@ from sosbook.solver.blocks import Blocks
 from sosbook.solver.loop import centre, phase_one
 from tests import layout
 from tests.axis import stepless
-from tests.cases import by_turns, campaign
+from tests.cases import by_turns, campaign, examples
 from tests.conftest import Tab
 from tests.elements import green, said, step, still, write_page
 from tests.gains import named
@@ -156,7 +156,7 @@ ADDRESS = """tag => { const e = document.querySelector(tag);
   return [e.place, e.digest, e.sentence]; }"""
 
 
-@pytest.mark.parametrize("tag", by_turns(TAGS, 0))
+@pytest.mark.parametrize("tag", by_turns(TAGS, 1, of=4))
 def test_reset_brings_the_first_setting_back_and_the_address_the_other(alone, tag):
     alone.compute(tag, [])
     begin, told = alone.place(tag), alone.said(tag)
@@ -174,7 +174,7 @@ def test_reset_brings_the_first_setting_back_and_the_address_the_other(alone, ta
     assert alone.page.evaluate(ADDRESS, tag) == [there, address, sentence]
 
 
-@pytest.mark.parametrize("tag", TAGS)
+@pytest.mark.parametrize("tag", by_turns(TAGS, 0, of=3))
 def test_every_position_has_a_picture_and_a_sentence(desk, tag):
     """Both ends of every number, every choice; no NaN in what is drawn."""
     faults = desk.page.evaluate(
@@ -207,7 +207,7 @@ def test_every_position_has_a_picture_and_a_sentence(desk, tag):
     assert faults == []
 
 
-@pytest.mark.parametrize("tag", by_turns(TAGS, 1))
+@pytest.mark.parametrize("tag", by_turns(TAGS, 3, of=4))
 def test_the_ruler_is_green_where_the_verdict_is(alone, tag):
     """At random places of each number, a step or more away from an end of green."""
     element = alone.page.locator(tag)
@@ -246,9 +246,9 @@ def test_the_ruler_is_green_where_the_verdict_is(alone, tag):
 
 
 def test_a_motion_plays_and_rests(desk):
-    """The others are out of sight: no frame lays them out."""
+    """The others are out of sight: no frame lays them out. Each second; all weekly."""
     style = desk.page.add_style_tag(content="*{}")
-    for tag in TAGS:
+    for tag in TAGS[:: examples(2, 1)]:
         button = desk.page.locator(f"{tag} .sos-play")
         if button.count():
             hidden = f"body > :not({tag}) {{content-visibility: hidden}}"
@@ -268,7 +268,7 @@ def test_a_motion_plays_and_rests(desk):
 
 
 # -------------------------------------------------------- regulator (23 and 27)
-@pytest.mark.parametrize("design", [0, 1, 2, 3])
+@pytest.mark.parametrize("design", [1, 3, *campaign([0, 2])])
 def test_regulator_computes_what_the_package_computes(desk, design):
     middle = Mip.printed()
     (here,) = desk.compute(
@@ -365,7 +365,7 @@ def test_circulation_has_the_poles_and_the_path_of_the_plant(desk):
 
 
 # -------------------------------------------------------- integral (chapter 2)
-@pytest.mark.parametrize("factors", [(1, 1), (2.5, 0.3), (-0.1, 1)])
+@pytest.mark.parametrize("factors", [*campaign([(1, 1)]), (2.5, 0.3), (-0.1, 1)])
 def test_integral_is_the_packages_loop(desk, factors):
     example = thesis.example_1()
     K = example.K * np.r_[1, 1, 1, 1, factors]
@@ -549,7 +549,7 @@ def test_a_gain_is_dragged_by_mouse_and_by_touch_and_moved_by_keys(desk):
     "place",
     [
         dict(made=0, stroke=3, m=0.31, bump=0.1),
-        dict(made=1, stroke=3, m=0.25, bump=0.05),
+        *campaign([dict(made=1, stroke=3, m=0.25, bump=0.05)]),
         dict(made=2, stroke=4, m=0.4, bump=0.33),
     ],
 )
@@ -756,7 +756,7 @@ def settled(desk, place):
 
 def test_sensors_have_the_poles_and_the_motion_of_the_law(desk):
     """And the truth is the slowest of numpy's on a grid; random sensors and ranges."""
-    for place in drawn(1, 5):
+    for place in drawn(1, examples(2, 5)):
         (here,) = desk.compute("sos-sensors", [place])
         law, gains = law_of(desk, place, here), gains_of(here)
         (low, soft), (high, stiff) = here["box"]
@@ -780,7 +780,7 @@ def test_sensors_have_the_poles_and_the_motion_of_the_law(desk):
         assert np.allclose(shown[:, early], run.z[:, early], atol=1e-5)
 
 
-@pytest.mark.parametrize("count", [5, *campaign([30])])
+@pytest.mark.parametrize("count", [3, *campaign([30])])
 def test_what_the_page_proves_of_a_range_the_package_keeps(desk, count):
     shares = []
     for place in drawn(2, count):
@@ -801,6 +801,7 @@ def test_what_the_page_proves_of_a_range_the_package_keeps(desk, count):
 
 def test_the_page_proves_nothing_that_is_false(desk):
     """Claims a hundredth above what the slowest plant does, whose grid is coarse."""
+    count = examples(10, 20)
     claims = desk.page.evaluate(
         """places => places.map(place => {
       const e = document.querySelector("sos-sensors"), {cells} = sosModules;
@@ -813,21 +814,25 @@ def test_the_page_proves_nothing_that_is_false(desk):
           if (done) return !value.open.length;
         }
       }); })""",
-        [*drawn(3, 20)],
+        [*drawn(3, count)],
     )
-    assert not any(false for _, false in claims) and sum(t for t, _ in claims) > 4
+    assert (
+        not any(false for _, false in claims) and sum(t for t, _ in claims) > count / 5
+    )
 
 
-def test_the_search_of_the_page_is_as_good_as_the_packages(desk):
+@pytest.mark.parametrize(
+    "ticks", [(0, 1, 0, 1), *campaign([(1, 0, 0, 0), (1, 1, 1, 1)])]
+)
+def test_the_search_of_the_page_is_as_good_as_the_packages(desk, ticks):
     here = dict(J0=0.01, J1=0.03, k0=10, k1=10, integral=0, filter=1)
-    ticks = ((1, 0, 0, 0), (0, 1, 0, 1), (1, 1, 1, 1))
-    places = [here | dict(zip(KEYS, x)) for x in ticks]
-    for place, found in zip(places, desk.compute("sos-sensors", places)):
-        law = law_of(desk, place, found)
-        design = sos.design_pid(
-            drives(place), law=law, maximize="sigma", search=sos.Search(starts=4)
-        )
-        assert found["decay"] > design.request.region.parts[0].bound
+    place = here | dict(zip(KEYS, ticks))
+    (found,) = desk.compute("sos-sensors", [place])
+    law = law_of(desk, place, found)
+    design = sos.design_pid(
+        drives(place), law=law, maximize="sigma", search=sos.Search(starts=4)
+    )
+    assert found["decay"] > design.request.region.parts[0].bound
 
 
 def test_a_sensor_is_ticked_by_mouse_key_and_finger(desk):
@@ -861,17 +866,18 @@ def test_a_sensor_is_ticked_by_mouse_key_and_finger(desk):
 def test_what_the_page_leaves_is_what_the_best_input_leaves(desk):
     """By least squares of numpy; nothing is left where the motor pushes as w does."""
     M, D, S = (np.array(x) for x in desk.data("sos-reach")["plant"].values())
-    for motor, gust in np.ndindex(3, 3):
-        for omega in (0.1, 7.3, 14.1, 25):
-            place = dict(motor=motor, gust=gust, omega=omega)
-            (here,) = desk.compute("sos-reach", [place])
-            G = np.linalg.inv(S - omega**2 * M + 1j * omega * D)
-            u, w = G[:, [motor]], G[:, gust]
-            left = w - u @ np.linalg.lstsq(u, w, rcond=None)[0]
-            for found, true in ((here["free"], w), (here["left"], left)):
-                found = np.array(found) @ [1, 1j]
-                assert np.allclose(found, true, rtol=0, atol=1e-12)
-                assert motor != gust or found is w or abs(left).max() < 1e-12
+    names = "motor", "gust", "omega"
+    asked = [*product(range(3), range(3), (0.1, 7.3, 14.1, 25))][:: examples(3, 1)]
+    places = [dict(zip(names, x)) for x in asked]
+    for place, here in zip(places, desk.compute("sos-reach", places), strict=True):
+        motor, gust, omega = place.values()
+        G = np.linalg.inv(S - omega**2 * M + 1j * omega * D)
+        u, w = G[:, [motor]], G[:, gust]
+        left = w - u @ np.linalg.lstsq(u, w, rcond=None)[0]
+        for found, true in ((here["free"], w), (here["left"], left)):
+            found = np.array(found) @ [1, 1j]
+            assert np.allclose(found, true, rtol=0, atol=1e-12)
+            assert motor != gust or found is w or abs(left).max() < 1e-12
 
 
 def test_what_is_refused_and_kept_lies_around_the_highest_point(desk):
@@ -904,7 +910,7 @@ def test_a_mass_is_chosen_by_mouse_and_finger(desk):
 
 
 # ------------------------------------------------- delayed (chapter 15)
-@pytest.mark.parametrize("h", [0, 0.4, 1.1, 1.6])
+@pytest.mark.parametrize("h", [0, 1.6, *campaign([0.4, 1.1])])
 def test_delayed_roots_are_the_packages(desk, h):
     for k, loop in enumerate(desk.data("sos-delayed")["loops"]):
         place = {"loop": k, "h": h, "gain": 1.5, "kind": 0}

@@ -74,11 +74,11 @@ TAGS = sorted(FIRST)
 
 
 def first_and_all(few, many, turn):
-    """(HTML, few) for the first of each second kind, from ``turn`` on; (HTML, many) for
+    """(HTML, few) for the first of each fourth kind, from ``turn`` on; (HTML, many) for
     all, once a week.
     """
     return [
-        *(pytest.param(FIRST[tag], few, id=tag) for tag in TAGS[turn::2]),
+        *(pytest.param(FIRST[tag], few, id=tag) for tag in TAGS[turn::4]),
         *(
             pytest.param(text, many, id=stem, marks=pytest.mark.campaign)
             for stem, text in stored()
@@ -155,7 +155,7 @@ def alone(shelf, tag):
     sheet.evaluate("style => style.remove()")
 
 
-@pytest.mark.parametrize("tag", by_turns(TAGS, 0))
+@pytest.mark.parametrize("tag", by_turns(TAGS, 2, of=4))
 def test_every_number_by_key_mouse_and_finger(alone, tag):
     """Each by arrows; the one that was taken last by the ruler, too."""
     numbers = alone.locator(f"{tag} .sos-num").all()
@@ -235,7 +235,7 @@ def test_a_move_asks_for_no_layout_and_its_room_grows(alone, tag):
 def test_a_ruler_stays_where_it_is_pressed(alone, tag):
     """Whatever the number and the verdict, no second click falls beside it."""
     alone.locator(f"{tag} .sos-reset").click()
-    widths = [1264, *range(1200, 300, -70)]
+    widths = [1264, *range(1200, 300, -130)]
     assert set(alone.evaluate(TOPS, [tag, widths])) == {0}
 
 
@@ -258,7 +258,7 @@ PLOTS = """element => [...element.querySelectorAll(
   ".sos-panel > div:not(.sos-scene) > svg")].map(x => x.ariaLabel)"""
 
 
-@pytest.mark.parametrize("tag", by_turns(TAGS, 1))
+@pytest.mark.parametrize("tag", by_turns(TAGS, 3, of=4))
 def test_the_answer_of_a_task_is_shown(alone, tag):
     button = alone.locator(f"{tag} .sos-answer")
     if not button.count():
@@ -279,7 +279,7 @@ def test_the_answer_of_a_task_is_shown(alone, tag):
     assert tag in ALIKE or [x for x in before if x in after] == []
 
 
-@pytest.mark.parametrize("tag", by_turns(TAGS, 0))
+@pytest.mark.parametrize("tag", by_turns(TAGS, 0, of=4))
 def test_a_swipe_gives_every_slider_back(shelf, tag):
     faults = shelf.evaluate(
         """tag => {
@@ -308,7 +308,7 @@ def judged(shelf, axe):
 
 @pytest.mark.parametrize(
     "tag, every",
-    [*((x, False) for x in TAGS[1::2]), *later(*((x, True) for x in TAGS))],
+    [*((x, False) for x in TAGS[1::4]), *later(*((x, True) for x in TAGS))],
 )
 def test_axe_has_no_objection_after_any_button(judged, tag, every):
     """With what each button brings: the first of its name, and an element's last; every

@@ -138,7 +138,7 @@ def agree(kernel, asked, undecided):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("many", [34, *campaign([100])])
+@pytest.mark.parametrize("many", [20, *campaign([100])])
 def test_random_requests_have_the_package_s_verdicts_gains_and_proofs(kernel, many):
     verdicts = agree(kernel, list(requests(2, many)), undecided=1 + many // 100)
     for verdict, least in {"feasible": 0.6, "infeasible": 0.06}.items():
@@ -146,11 +146,12 @@ def test_random_requests_have_the_package_s_verdicts_gains_and_proofs(kernel, ma
 
 
 @pytest.mark.slow
-def test_20_random_costs_have_the_package_s_verdicts_gains_and_proofs(kernel):
-    asked = list(requests(2, 20, random_cost_request))
+@pytest.mark.parametrize("many", [10, *campaign([20])])
+def test_random_costs_have_the_package_s_verdicts_gains_and_proofs(kernel, many):
+    asked = list(requests(2, many, random_cost_request))
     verdicts = agree(kernel, asked, undecided=1)
     for verdict in ("feasible", "infeasible"):
-        assert verdicts.count((verdict, verdict)) > 5
+        assert verdicts.count((verdict, verdict)) > many / 4
     costs = [x for r in asked for x in r["requirements"] if x.kind == "cost"]
     assert {x.noise for x in costs} == {"states", "F"}
 
@@ -185,7 +186,7 @@ def test_a_drive_s_far_centre_is_found_by_the_page_too(kernel):
         assert off(r["K"], design.K) < 2e-6
 
 
-@pytest.mark.parametrize("seed", [198, 382, 415, 537])
+@pytest.mark.parametrize("seed", [415, *campaign([198, 382, 537])])
 def test_a_centre_at_the_end_of_a_long_valley_is_found(kernel, seed):
     """Newton's method alone takes hundreds of steps to it."""
     asked = random_cost_request(seed)
@@ -230,7 +231,7 @@ def test_the_thesis_s_examples_with_both_readings_of_mu(kernel, name):
         assert DesignProof(r["proof"]).proven
 
 
-@pytest.mark.parametrize("noise", [None, "states", "F"])
+@pytest.mark.parametrize("noise", [None, "F", *campaign(["states"])])
 def test_every_block_is_the_theorem_s(kernel, noise):
     """Read from its text: in products L X R in a frame, and at a point by itself."""
     rng = np.random.default_rng(3)

@@ -16,6 +16,7 @@ from sosbook.book import notebooks, thesis, widgets
 from sosbook.book.notebooks import BOOK
 from sosbook.pendulum import Mip, SampledLaw, polytope, vertices
 from sosbook.plants import condense
+from tests.cases import by_turns
 
 I4 = np.eye(4)
 ROBOT, WING = thesis.example_1(), thesis.delay_example_1(published=True)
@@ -101,7 +102,7 @@ def cell():
     return shown
 
 
-@pytest.mark.parametrize("chapter", CELLS)
+@pytest.mark.parametrize("chapter", by_turns(CELLS, 1))
 def test_a_cell_of_the_book_shows_the_package_s_gains(cell, chapter):
     widget, (_, places, package) = cell(chapter), CELLS[chapter]
     for key, value in places.items():
@@ -351,7 +352,7 @@ TRUE = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("chapter", TRUE)
+@pytest.mark.parametrize("chapter", by_turns(TRUE, 1))
 def test_a_moved_cell_says_what_is_true_there(cell, chapter):
     starts, moves, *given = TRUE[chapter]
     widget = cell(chapter, starts, *given)
@@ -361,7 +362,7 @@ def test_a_moved_cell_says_what_is_true_there(cell, chapter):
         assert holds(widget), (places, widget.text)
 
 
-@pytest.mark.parametrize("chapter", BAD)
+@pytest.mark.parametrize("chapter", by_turns(BAD, 0))
 def test_what_cannot_be_asked_is_said_where_the_picture_was(cell, chapter):
     widget, (places, words) = cell(chapter), BAD[chapter]
     for key, value in places.items():

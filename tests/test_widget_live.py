@@ -16,7 +16,7 @@ from sosbook.book.elements.bench import EXAMPLES
 from sosbook.book.elements.explorer import design_explorer
 from sosbook.synthesis.known_proof import KnownGainProof
 from sosbook.synthesis.proofs import DesignProof, DesignRefusal
-from tests.cases import random_cost_request, random_request
+from tests.cases import by_turns, random_cost_request, random_request
 from tests.elements import write_page
 from tests.page_requests import page_request
 from tests.test_page_elements import stored
@@ -100,7 +100,7 @@ def test_the_chapters_with_a_design_have_an_explorer():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("chapter", EXPLORERS)
+@pytest.mark.parametrize("chapter", by_turns(EXPLORERS, 1))
 def test_page_and_package_answer_alike_where_the_book_has_an_explorer(kernel, chapter):
     """Where it starts, and at random places, of which the page may leave one open."""
     data, undecided = EXPLORERS[chapter], 0

@@ -17,6 +17,7 @@ from sosbook.book.elements.page import whole
 from sosbook.book.notebooks import BOOK
 from sosbook.plants.response import simulate
 from sosbook.synthesis.proofs import DesignProof
+from tests.cases import campaign, examples
 from tests.elements import assert_quiet, first, middle, say, two_of, write_page
 from tests.test_page_elements import stored
 from tests.test_page_steady import HELD
@@ -97,8 +98,8 @@ def move(tab, **named):
 def test_what_the_page_shows_is_what_the_package_finds(tab, robot):
     rng = np.random.default_rng(4)
     low, high = np.array([0.2, 30, 4, 0.8, 120]), np.array([1.2, 80, 9, 3, 350])
-    feasible = 0
-    for values in [None, *rng.uniform(low, high, (8, 5)).round(2)]:
+    feasible, count = 0, examples(4, 8)
+    for values in [None, *rng.uniform(low, high, (count, 5)).round(2)]:
         if values is not None:
             move(tab, **dict(zip(BOUNDS, map(float, values))))
         found = state(tab)
@@ -115,7 +116,7 @@ def test_what_the_page_shows_is_what_the_package_finds(tab, robot):
         assert answer["norm"] == pytest.approx(hinf_norm(loop, design.K), rel=1e-4)
         peak = peak_input(loop, design.K, robot.saturation.x0)
         assert answer["peak"] == pytest.approx(peak, rel=1e-3)
-    assert feasible > 5
+    assert feasible > count / 2
 
 
 def test_the_region_s_edges_are_dragged_in_the_pole_map(tab):
@@ -327,7 +328,7 @@ new MutationObserver(() => {
 </script>"""
 
 
-@pytest.mark.parametrize("stem", ["intro", "14_flexible_arm", "own_plant"])
+@pytest.mark.parametrize("stem", ["intro", *campaign(["14_flexible_arm"]), "own_plant"])
 def test_a_page_without_a_script_has_a_still_of_it(visit, browser, tmp_path, stem):
     """Its sentence, its verdict and its pictures are those of the script."""
     sys.path.append(str(BOOK / "_ext"))
