@@ -6,6 +6,7 @@ accepted is a proof in its own right.
 """
 
 import json
+import re
 
 import pytest
 
@@ -37,6 +38,7 @@ OPTIONAL = {  # keys without which a file asks for something else
     *("X", "Y", "theorem", "name", *SIGNALS),
 }
 TYPES = None, True, 7, 1.5, "x", "", "2", [], {}, [[]], ["x"], [["1"]], {"x": "1"}
+NUMBER = re.compile(r"-?[\d.]+(e-?\d+|/\d+)?")
 ACCEPTED = "accepted"
 
 
@@ -75,6 +77,8 @@ def malformed(whole, most=MOST):
         for other in TYPES:
             if json.dumps(other) != json.dumps(value):
                 wrong = type(other) is not type(value) and None not in (other, value)
+                if isinstance(value, str) and type(other) is int:
+                    wrong = not NUMBER.fullmatch(value)  # 7 is one, too
                 found.append((path, put(whole, path, other), wrong))
         if isinstance(value, list) and len(value) > 1:
             found.append((path, put(whole, path, value[:1]), False))
@@ -108,6 +112,20 @@ def test_what_is_asked_is_refused_by_the_name_of_its_field(name):
     for path, other in accepted[:: 1 + len(accepted) // 8]:
         if path[-1] != "peak":  # its author's class reads it, and the proof doesn't
             assert true_claims(other) is not False, path
+
+
+@pytest.mark.parametrize(
+    "name, key, rows",
+    [
+        ("ticks, states", "C", []),
+        ("ticks, states", "D_u", [["0"], ["0"]]),
+        ("closed loop", "D_u", [[]]),
+    ],
+)
+def test_what_moves_outputs_has_as_many_rows_as_they(name, key, rows):
+    """Where nothing that is asked has these outputs it was taken as it came."""
+    with pytest.raises(verdict.Refused, match="D_u .*has a wrong shape"):
+        decided(put(base(name), ("plant", key), rows))
 
 
 @pytest.mark.slow

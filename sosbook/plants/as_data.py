@@ -94,7 +94,8 @@ def read_plant(data, names=None):
         more["dt"] = read_number(data["dt"])
     if "parameters" in data:
         own = "kind", "reduced", "states", "dt", "schedule"
-        matrices = {k: rows for k, rows in data.items() if k not in own}
+        given = {k: rows for k, rows in data.items() if rows is not None}
+        matrices = {k: rows for k, rows in given.items() if k not in own}
         kinds = {"descriptor": DescriptorSystem, "second order": SecondOrderSystem}
         family = Uncertain.read(kinds[data["kind"]], matrices, **more)
         family.schedule = tuple(data.get("schedule", ()))

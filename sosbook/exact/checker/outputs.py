@@ -67,11 +67,11 @@ class Channel:
         for place, part in enumerate(parts, 1):
             given = [x for x in SIGNALS if x in part]
             known = {*part} <= {*given, "name"} and (second or {*part} <= FIRST_ORDER)
-            need(given and known, "rows on what this plant hasn't")
+            need(given and known, "outputs: rows on what this plant hasn't")
             high = {
                 wide[x] if isinstance(part[x], str) else len(part[x]) for x in given
             }
-            need(len(high) == 1 and min(high), "an output with rows of two counts")
+            need(len(high) == 1 and min(high), "outputs: rows of two counts")
             (q,), text = high, {}
             count += q
             for x in given:
@@ -81,7 +81,7 @@ class Channel:
                     text[x] += f" I({q})"
                 else:
                     t.put(text[x], part, x)
-                    need(len(part[x][0]) == wide[x] > 0, "a row of another width")
+                    need(len(part[x][0]) == wide[x] > 0, "outputs: another width")
 
             def joined(*cells, q=q, text=text):
                 some = [text.get(x, f"O({q}, {w})") for x, w in cells if w]

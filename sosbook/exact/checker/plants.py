@@ -94,9 +94,9 @@ def outputs_of(t, plant, vertices, widths, entry):
     alike = alike and not any(v.get(k) for v in vertices for k in ("D_w", "C_a"))
     if "C" in plant and alike:
         v = vertices[0] if "C" in vertices[0] else plant  # of ranges, or of a box
-        for key in ("C", "D_u"):
-            if key == "C" or v.get(key) is not None:
-                t.put(OUTPUTS[key], v, key, (None, widths[key]), entry)
+        t.put("C", v, "C", (None, widths["C"]), entry)
+        if v.get("D_u") is not None:
+            t.put("D", v, "D_u", (len(v["C"]), widths["D_u"]), entry)
         return
     for key, name in OUTPUTS.items():
         there = [v.get(key) is not None for v in vertices]
