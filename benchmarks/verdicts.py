@@ -21,6 +21,7 @@ def answers(count=15):
         plant, rows = family(ranges)
         few = count if ranges == 3 else -(-count // 5)
         yield from timed(f"{2**ranges} plants", plant, rows, few)
+    yield from timed("two carts", *carts(), count)
     yield from timed("late input", *late(), count)
     yield from timed("at the ticks", *at_ticks(), count)
 
@@ -103,6 +104,32 @@ def family(ranges):
         "a known gain": (lambda: sos.analyse_pid(plant, known, **asked), yes),
         "refusal": (lambda: sos.design_pid(plant, **asked, gamma=0.01), no),
         "refusal, near": (lambda: sos.design_pid(plant, region=narrow), no),
+    }
+
+
+def carts():
+    """Two carts between springs and their motor; what its gain can't move, and masses
+    of two signs, as of a wrong sign in a file.
+    """
+
+    def of(*masses, motor=1.0):
+        S = np.array([[9.81, 0], [-2, 4]])
+        several = [
+            sos.SecondOrderSystem(
+                np.diag([1, m]), np.diag([0.02, 0.1]), S, [[motor], [1]]
+            )
+            for m in masses
+        ]
+        return sos.Polytope(several)
+
+    asked = dict(region=sos.PoleRegion(sigma=0.1))
+    return of(0.3, 0.4), {
+        "a design": (lambda: sos.design_pid(of(0.3, 0.4), **asked), yes),
+        "refusal by a mode": (
+            lambda: sos.design_pid(of(0.3, 0.4, motor=0.0), **asked),
+            no,
+        ),
+        "refusal by a mass": (lambda: sos.design_pid(of(0.3, -0.4), **asked), no),
     }
 
 

@@ -25,6 +25,7 @@ from .scaled_lmis import ScaledLMIs
 from .scaling import Frame
 from .solution import Solution
 from .steps import (
+    AT_FIRST_SIGHT,
     MODE,
     WITHOUT_LMIS,
     Case,
@@ -338,6 +339,7 @@ STEPS = (
         lambda c: c.part is not None,
         _by_part,
     ),
+    *AT_FIRST_SIGHT,
     Step(
         "a search",
         "phase one in up to four frames",

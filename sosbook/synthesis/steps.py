@@ -4,6 +4,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+import numpy as np
+
 from ..plants.as_data import vertex_place
 from ..runtime.later import later
 from .payments import NOT_PAID
@@ -109,13 +111,15 @@ def taken(steps, case):
     return case.undecided()
 
 
-def by_mode(case):
-    """Refuse a ``case`` by a pole that no gain moves to where it is asked."""
+def by_mode(case, places=None):
+    """Refuse a ``case`` by a pole that no gain moves to where it is asked, at all or
+    some ``places`` of `FixedModeRefusal.place`.
+    """
     from .fixed_mode import refuse_by_mode
     from .growing import GrowingRefusal
     from .reasons import pole_seen
 
-    request, proof = case.request, refuse_by_mode(case.request)
+    request, proof = case.request, refuse_by_mode(case.request, places)
     if proof is None:
         return None
     i, j = (k + 1 for k in proof.place)
@@ -191,23 +195,68 @@ def _between(case):
 
 
 MODE = "a mode that no gain moves"
+RESPONSE = Step(
+    "a response that no input reaches",
+    "exact norms at some frequencies",
+    _of_a_response,
+    _by_claim("unreached", "refuse_by_response", "no input reaches that response"),
+)
+MASS = Step("a singular mass", "exact determinants", _between, _by_mass)
 
 #: What excludes every gain without a search.
 WITHOUT_LMIS = (
     Step(MODE, "exact poles of each vertex", _of_the_state, by_mode),
-    Step(
-        "a response that no input reaches",
-        "exact norms at some frequencies",
-        _of_a_response,
-        _by_claim("unreached", "refuse_by_response", "no input reaches that response"),
-    ),
+    RESPONSE,
     Step(
         "a disturbance in y at once",
         "an exact product",
         _of_a_response,
         _by_claim("at_once", "refuse_at_once", "w is louder than that in y at once"),
     ),
-    Step("a singular mass", "exact determinants", _between, _by_mass),
+    MASS,
+)
+
+
+def _before(applies):
+    """True where a case of a small plant ``applies`` before it is searched."""
+
+    def at_first(case):
+        small = case.first is None and not case.large and _of_the_state(case)
+        return small and bool(applies(case))
+
+    return at_first
+
+
+def _seen_modes(case):
+    from .fixed_mode import seen_modes
+
+    return seen_modes(case.request)
+
+
+def _turned(case):
+    """True if floats see determinants of the masses with two signs."""
+    signs = np.linalg.slogdet(np.array([d.E for d in case.request.vertices]))[0]
+    return _between(case) and len(set(signs)) > 1
+
+
+def _heard(case):
+    from .unreached import hears_response
+
+    return _of_a_response(case) and hears_response(case.request)
+
+
+#: Of these what floats see at first sight; a search takes longer.
+AT_FIRST_SIGHT = (
+    Step(
+        MODE,
+        "exact poles; where floats see one",
+        _before(_seen_modes),
+        lambda case: by_mode(case, _seen_modes(case)),
+    ),
+    replace(
+        RESPONSE, cost="exact norms; where floats see one", applies=_before(_heard)
+    ),
+    replace(MASS, applies=_before(_turned)),
 )
 
 

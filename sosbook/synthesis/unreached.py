@@ -14,6 +14,7 @@ from .request_as_data import loop_data
 MOST_VERTICES = 32  # that are tried
 FREQUENCIES = 120  # that are tried
 NEAR = 0.1  # of gamma; where the loudest of these is below, none reaches it
+LEAST_DAMPED = 4  # poles, by pairs, that are looked at first
 REFINED = 3  # of the frequencies that are louder than their neighbours
 DIGITS = 12  # of what is free in the rows
 BALANCINGS = 8  # rounds of scaling rows and columns
@@ -53,17 +54,19 @@ class UnreachedResponseRefusal(Refusal):
         }
 
 
-def _matrices(request, r, k):
-    """E, A, B, B_w, C, D_u, D_w of a vertex in rationals; those of the given loop."""
-    (d,) = request.vertices_in(exact, [k])
+def _matrices(request, r, k, as_=exact):
+    """E, A, B, B_w, C, D_u, D_w of a vertex, those of the given loop; in rationals, or
+    as another function reads numbers.
+    """
+    (d,) = request.vertices_in(as_, [k])
     d = r.seen(d).explicit()
     Du, Dw = (
-        exact(np.zeros((len(d.C), B.shape[1]))) if D is None else D
+        as_(np.zeros((len(d.C), B.shape[1]))) if D is None else D
         for D, B in ((d.Du, d.Bu), (d.Dw, d.Bw))
     )
     A, B, C = d.A, d.Bu, d.C
     if request.gain is not None:
-        K = exact(request.gain)
+        K = as_(request.gain)
         A, C = A + B @ K, C + Du @ K
         B, Du = B[:, :0], Du[:, :0]
     return d.E, A, B, d.Bw, C, Du, Dw
@@ -82,14 +85,42 @@ def refuse_by_response(request, vertices=None):
     return None
 
 
+def hears_response(request):
+    """True if floats see that of the first vertex of a ``request``, at s = 0 or as fast
+    as one of its least damped poles: where an exact look comes first.
+    """
+    for r in request.requirements:
+        gamma = r.bounds_response()
+        loop = None if gamma is None else _floats(_matrices(request, r, 0, np.asarray))
+        if loop is not None:
+            s = _poles(loop)
+            least = s[np.argsort(abs(s.real) / abs(s))][:LEAST_DAMPED]
+            sizes, _ = _responses(loop, [0.0, *np.unique(abs(least))])
+            if sizes.max() >= gamma:
+                return True
+    return False
+
+
+def _floats(matrices):
+    """The matrices in floats; None where the inputs reach all outputs."""
+    loop = [x.astype(float) for x in matrices]
+    _, _, B, Bw, C, *_ = loop
+    return None if len(C) <= B.shape[1] or not Bw.size else loop
+
+
+def _poles(loop):
+    """The poles that aren't zero, in rad/s."""
+    s = np.linalg.eigvals(np.linalg.solve(*loop[:2]))
+    return s[abs(s) > NOISE * abs(s).max(initial=0.0)]
+
+
 def _at_vertex(request, r, k):
     """The refusal at vertex k, or None."""
     matrices, gamma = _matrices(request, r, k), r.bounds_response()
-    loop = E, A, B, Bw, C, Du, _ = [x.astype(float) for x in matrices]
-    if len(C) <= B.shape[1] or not Bw.size:
-        return None  # the inputs reach all outputs
-    rates = np.abs(np.linalg.eigvals(np.linalg.solve(E, A)))
-    rates = rates[rates > NOISE * rates.max(initial=0.0)]
+    loop = _floats(matrices)
+    if loop is None:
+        return None
+    rates = np.abs(_poles(loop))
     low, high = (0.1 * rates.min(), 10 * rates.max()) if rates.size else (0.01, 100.0)
     points = np.array([0.0, *rates, *np.geomspace(low, high, FREQUENCIES)])
     omega = _loudest(lambda w: _responses(loop, w)[0], points, gamma)
@@ -98,7 +129,7 @@ def _at_vertex(request, r, k):
     if not size >= gamma:
         return None
     order, w = _order(loop, omega), exact(omega)
-    E, A, B, Bw, C, Du, _ = matrices
+    E, A, B, _, C, Du, _ = matrices
     N, count = len(E), len(E) + len(C)
     zero = np.zeros((len(C), N), int)
     real = np.vstack([np.hstack([-A, B]), np.hstack([-C, Du])])
