@@ -50,6 +50,7 @@ LONG = (  # a minute or more each, of tests that may be few: none comes last
     *("36_any_controller", "34_sensors", "37_outputs", "32_true_proven_impossible"),
 )
 CELL, PAGE = 700, 1000  # seconds: nbval's 600 for a cell; a build may be awaited
+WEEKLY = 1800  # of a test that waits for the campaign: some draw sixty logs
 
 
 def pytest_addoption(parser):
@@ -116,6 +117,8 @@ def pytest_collection_modifyitems(config, items):
             item.add_marker(pytest.mark.timeout(CELL))
         elif "site" in asked:
             item.add_marker(pytest.mark.timeout(PAGE))
+        elif item.get_closest_marker("campaign"):
+            item.add_marker(pytest.mark.timeout(WEEKLY))
     items.sort(
         key=lambda item: (
             item.path in windows,
