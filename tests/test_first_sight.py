@@ -7,8 +7,8 @@ import pytest
 
 import sosbook as sos
 from sosbook.plants import descriptors
-from sosbook.synthesis import feasibility, fixed_mode, steps
-from tests.cases import campaign
+from sosbook.synthesis import feasibility, steps
+from tests.cases import campaign, later
 
 UNITS = [(0.3, 9.81, 1e4), *campaign([(1.0, 1.0, 1.0), (1e-6, 1e3, 9.81)])]
 CALM = dict(region=sos.PoleRegion(sigma=1))
@@ -113,7 +113,7 @@ def test_what_floats_see_in_vain_changes_no_answer(monkeypatch):
 
     early = (replace(step, applies=applies) for step in steps.AT_FIRST_SIGHT)
     monkeypatch.setattr(feasibility, "STEPS", (*early, *LATER))
-    monkeypatch.setattr(fixed_mode, "seen_modes", lambda request: [(0, 0), (1, 1)])
+    monkeypatch.setattr(steps, "seen_modes", lambda request: [(0, 0), (1, 1)])
     again = sos.design_pid(plant, gamma=30, **CALM)
     assert again.status == design.status == "feasible" and len(tried) >= 3
     assert np.array_equal(again.K, design.K)
@@ -126,3 +126,32 @@ def test_what_floats_overlook_is_found_after_the_search(name, monkeypatch):
     plant, asked = make(1.0, 1.0, 1.0)
     design = sos.design_pid(plant, **asked)
     assert design.status == "infeasible" and words in design.reason
+
+
+@pytest.mark.parametrize("scale", UNITS)
+@pytest.mark.parametrize(
+    "make, more",
+    [
+        (carts, {}),
+        (families, dict(alpha=0.4)),
+        *later((ranges, {}), (of_first_order, dict(alpha=0.4))),
+    ],
+)
+def test_a_late_input_moves_it_no_more(make, more, scale):
+    """It was "undecided", and other alphas were said not to be excluded."""
+    t, plant = scale[1], make(*scale)
+    more = {name: t * x for name, x in more.items()}
+    late = dict(tau=0.1 * t, mu=0.05 * t, delta=0.5 / t)
+    design = sos.design_delay_pid(plant, **late, **more)
+    assert design.status == "infeasible" and design.infeasibility.verify()
+    assert design.reason.startswith("No gain moves the mode")
+    K = np.ones((1, 4))
+    known = sos.analyse_delay(plant, K, **late)
+    assert known.status == "infeasible" and known.infeasibility.verify()
+
+
+def test_a_mode_that_is_fast_enough_forbids_nothing_behind_a_delay():
+    design = sos.design_delay_pid(carts(), tau=0.1, delta=0.005)
+    assert design.status == "feasible" and design.certify().proven
+    edge = sos.delay.largest("delta", carts(), tau=0.1, delta=0.005, alpha=0.4)
+    assert edge.value < 0.01 <= edge.beyond and edge.proven

@@ -39,8 +39,9 @@ class DelayDesign(Gains[DelayProof], ReadOnly):
     margins : dict or None
         From a block's name to its smallest eigenvalue, after scaling
         its diagonal to one.
-    infeasibility : DelayRefusal or ModesRefusal or None
-        The exact proof that the LMIs have no solution, with status "infeasible".
+    infeasibility : DelayRefusal or ModesRefusal or FixedModeRefusal or None
+        The exact proof that the LMIs have no solution, with status "infeasible"; a
+        FixedModeRefusal is that of a mode which no gain moves.
     reason : str
         In words, why nothing is proven, and how slow a given gain's loop is in floats;
         of a feasible design: which of the gains K is.

@@ -5,13 +5,16 @@ from functools import partial
 
 import numpy as np
 
+from ..requirements.lmi_region import LMIRegion
 from ..runtime.threads import one_thread
 from ..runtime.time_limit import OutOfTime, checked_seconds
 from ..runtime.time_limit import time_limit as limited
 from ..solver.deepest import ZERO_DEPTH
+from ..synthesis.steps import Case, by_mode, seen_modes
 from .design import DelayDesign
 from .inner_points import alphas, deep_points, first_gain, problem_of
 from .refusal import refusal_of
+from .request import DelayedLoop
 
 
 @one_thread
@@ -59,6 +62,9 @@ def within(seconds, request, work, progress=False):
 
 
 def _solved(request, refuse, centred):
+    """The `DelayDesign` of `solve_delay`, whatever time it takes."""
+    if refuse and (unmoved := _unmoved(request)) is not None:
+        return unmoved
     for problem, blocks, deep in deep_points(request):
         if deep.depth > 0:
             fields = first_gain(request, problem, blocks, deep.x, centred)
@@ -71,6 +77,23 @@ def _solved(request, refuse, centred):
     if proof is None:
         return refused
     return replace(refused, status="infeasible", reason="", infeasibility=proof)
+
+
+def _unmoved(request):
+    """The refusal of a ``request`` by a mode slower than delta that floats see no input
+    move: no delay, gain or alpha changes it. None without one.
+    """
+    if isinstance(request.plant, DelayedLoop) or request.misprints:
+        return None
+    rate = request.delta
+    asked = [LMIRegion.half_plane(rate, name="the decay rate delta")] if rate else []
+    plain = replace(request.free, requirements=asked)
+    places = seen_modes(plain)
+    found = by_mode(Case(plain), places) if places else None
+    if found is None:
+        return None
+    how = dict(reason=found.reason, infeasibility=found.infeasibility)
+    return DelayDesign(request, "infeasible", request.gain, **how)
 
 
 def centred_design(design):
@@ -105,11 +128,13 @@ def first_design(request, refuse=True, time_limit=None, centred=True, progress=F
     """
     if request.alpha is not None or not request.needs_alpha:
         return solve_delay(request, refuse, time_limit, centred, progress)
-    work = partial(_first_alpha, request, centred)
+    work = partial(_first_alpha, request, refuse, centred)
     return within(time_limit, request, work, progress)
 
 
-def _first_alpha(request, centred):
+def _first_alpha(request, refuse, centred):
+    if refuse and (unmoved := _unmoved(request)) is not None:
+        return unmoved
     for alpha in alphas(request):
         design = solve_delay(request.at(alpha=alpha), False, centred=centred)
         if design.status == "feasible":

@@ -23,8 +23,6 @@ from .request_as_data import loop_data
 LAW = "rows", "noise", "E", "A", "B", "of_sensors", "of_states"
 MOST_MIDPOINTS = 100  # pairs of vertices between which the plant halfway is looked at
 BITS = 64, 128, 256, 512, 1024  # of the point near a mode, until it decides
-UNMOVED = 1e-9  # of the terms of a sum, below which floats take it for zero
-ROUNDING = 1e-14  # of the input matrix, what floats leave of a zero
 
 
 class FixedModeRefusal(Refusal):
@@ -154,33 +152,6 @@ def _places(request):
         pairs = combinations(range(count), 2)
         places += list(islice(pairs, MOST_MIDPOINTS))
     return places
-
-
-def seen_modes(request):
-    """The places of vertices of a ``request`` at which floats see a mode that no input
-    moves and that breaks what is asked of the poles: a row w with w A = s w E, w B = 0.
-    Each w B is compared with the sizes of its terms, which units don't change, and with
-    rounding errors. It says where an exact look comes first, and decides nothing.
-    """
-    some = [request.vertices[k] for k in request.distinct]
-    E, A, B = (np.array([getattr(d, x) for d in some]) for x in ("E", "A", "Bu"))
-    try:
-        s, rows = np.linalg.eig(np.linalg.solve(E, A).mT)
-        B = np.linalg.solve(E, B)
-    except np.linalg.LinAlgError:  # a singular E, or numbers beyond those of floats
-        return []
-    moved, terms = abs(rows.mT @ B), abs(rows.mT) @ abs(B)
-    rounding = ROUNDING * np.linalg.norm(B, axis=1, keepdims=True)
-    still = ((moved <= UNMOVED * terms) | (moved <= rounding)).all(axis=2)
-    outside = np.zeros_like(still)
-    for r in (*request.demands, request.claims.stability):
-        if (form := r.pole_matrices()) is not None:
-            alpha, beta = (x.astype(float) for x in form)
-            X = beta * s[still][:, None, None]
-            edge = ROUNDING / UNMOVED * (abs(alpha).max() + abs(X).max(axis=(1, 2)))
-            tops = np.linalg.eigvalsh(alpha + X + X.conj().mT)[:, -1]
-            outside[still] |= tops >= -edge
-    return [(request.distinct[k],) * 2 for k in np.flatnonzero(outside.any(axis=1))]
 
 
 def refuse_by_mode(request, places=None, how=None):

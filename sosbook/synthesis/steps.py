@@ -12,6 +12,8 @@ from .payments import NOT_PAID
 from .request import Request
 from .solution import Solution
 
+UNMOVED = 1e-9  # of the terms of a sum, below which floats take it for zero
+ROUNDING = 1e-14  # of the input matrix, what floats leave of a zero
 ROUNDING_MARGIN = 1e-6  # a margin below minus that is no rounding error
 MODES_FIRST_ABOVE_STATES = 20  # from here on, looking for fixed modes first is cheap
 TOO_NEAR = (
@@ -227,10 +229,31 @@ def _before(applies):
     return at_first
 
 
-def _seen_modes(case):
-    from .fixed_mode import seen_modes
-
-    return seen_modes(case.request)
+def seen_modes(request):
+    """The places of vertices of a ``request`` at which floats see a mode that no input
+    moves and that breaks what is asked of the poles: a row w with w A = s w E, w B = 0.
+    Each w B is compared with the sizes of its terms, which units don't change, and with
+    rounding errors. It says where an exact look comes first, and decides nothing.
+    """
+    some = [request.vertices[k] for k in request.distinct]
+    E, A, B = (np.array([getattr(d, x) for d in some]) for x in ("E", "A", "Bu"))
+    try:
+        s, rows = np.linalg.eig(np.linalg.solve(E, A).mT)
+        B = np.linalg.solve(E, B)
+    except np.linalg.LinAlgError:  # a singular E, or numbers beyond those of floats
+        return []
+    moved, terms = abs(rows.mT @ B), abs(rows.mT) @ abs(B)
+    rounding = ROUNDING * np.linalg.norm(B, axis=1, keepdims=True)
+    still = ((moved <= UNMOVED * terms) | (moved <= rounding)).all(axis=2)
+    outside = np.zeros_like(still)
+    for r in (*request.demands, request.claims.stability):
+        if (form := r.pole_matrices()) is not None:
+            alpha, beta = (x.astype(float) for x in form)
+            X = beta * s[still][:, None, None]
+            edge = ROUNDING / UNMOVED * (abs(alpha).max() + abs(X).max(axis=(1, 2)))
+            tops = np.linalg.eigvalsh(alpha + X + X.conj().mT)[:, -1]
+            outside[still] |= tops >= -edge
+    return [(request.distinct[k],) * 2 for k in np.flatnonzero(outside.any(axis=1))]
 
 
 def _turned(case):
@@ -240,9 +263,11 @@ def _turned(case):
 
 
 def _heard(case):
+    if not _of_a_response(case):
+        return False
     from .unreached import hears_response
 
-    return _of_a_response(case) and hears_response(case.request)
+    return hears_response(case.request)
 
 
 #: Of these what floats see at first sight; a search takes longer.
@@ -250,8 +275,8 @@ AT_FIRST_SIGHT = (
     Step(
         MODE,
         "exact poles; where floats see one",
-        _before(_seen_modes),
-        lambda case: by_mode(case, _seen_modes(case)),
+        _before(lambda case: seen_modes(case.request)),
+        lambda case: by_mode(case, seen_modes(case.request)),
     ),
     replace(
         RESPONSE, cost="exact norms; where floats see one", applies=_before(_heard)
