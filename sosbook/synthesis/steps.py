@@ -265,7 +265,7 @@ def _turned(case):
 def _heard(case):
     if not _of_a_response(case):
         return False
-    from .unreached import hears_response
+    from .responses import hears_response
 
     return hears_response(case.request)
 
