@@ -7,7 +7,7 @@ import pytest
 
 import sosbook as sos
 from sosbook.plants import descriptors
-from sosbook.synthesis import feasibility, steps
+from sosbook.synthesis import feasibility, objectives, steps
 from tests.cases import campaign, later
 
 UNITS = [(0.3, 9.81, 1e4), *campaign([(1.0, 1.0, 1.0), (1e-6, 1e3, 9.81)])]
@@ -79,6 +79,12 @@ ASKED = {
     "a mode of a vertex": (in_units(families), "No gain moves the mode of vertex 2"),
     "a mode of a family": (in_units(ranges), "No gain moves the mode"),
     "a response": (in_units(carts, loud), "no input reaches that response"),
+    "a goal": (
+        in_units(
+            carts, lambda _, t, __: dict(minimize="gamma", region=sos.PoleRegion(1 / t))
+        ),
+        "No gain moves the mode",
+    ),
     "a mass": (in_units(turned), "singular mass matrix"),
 }
 
@@ -91,7 +97,8 @@ def test_it_needs_no_search(name, scale, monkeypatch):
     def searched(*_, **__):
         raise AssertionError("a search comes first")
 
-    monkeypatch.setattr(feasibility, "search", searched)
+    for module in (feasibility, objectives):
+        monkeypatch.setattr(module, "search", searched)
     make, words = ASKED[name]
     plant, asked = make(*scale)
     design = sos.design_pid(plant, **asked)

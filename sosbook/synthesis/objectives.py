@@ -17,6 +17,7 @@ from .cutting import Cuts, few_decide, holds
 from .feasibility import FROM_STATES, answer, find, search
 from .scaled_lmis import ScaledLMIs
 from .solution import Solution
+from .steps import AT_FIRST_SIGHT, without_lmis
 
 #: Of the bound so far, that another way must reach to be worth its time.
 WORTH = 0.95
@@ -88,6 +89,11 @@ def at_optimum(request, objective, backoff):
     def eased(bounds):
         return {name: rounded_up(b * (1 + backoff)) for name, b in bounds.items()}
 
+    rest = request
+    for name in objective:
+        rest = rest.without(rest.owner(name))
+    if (refusal := without_lmis(rest, AT_FIRST_SIGHT)) is not None:
+        return refusal
     try:
         bounds, best = optimum(request, objective, 1e-5)
     except Unfinished as stopped:

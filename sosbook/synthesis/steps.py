@@ -285,8 +285,10 @@ AT_FIRST_SIGHT = (
 )
 
 
-def without_lmis(request):
-    """The refusal of a ``request`` by a mode, response or mass: a Solution or None."""
+def without_lmis(request, steps=WITHOUT_LMIS):
+    """The refusal of a ``request`` by a mode, response or mass: a Solution or None; by
+    all ``steps``, or those `AT_FIRST_SIGHT`.
+    """
     case = Case(request)
-    tries = (step.tries(case) for step in WITHOUT_LMIS if step.applies(case))
+    tries = (step.tries(case) for step in steps if step.applies(case))
     return next((found for found in tries if found is not None), None)
