@@ -84,7 +84,8 @@ def masses(m, k, d=0.02, wall=0.0, B=None):
 
 
 #: name: (plant of the parameters, ranges, law, asked); sigma is nine tenths of what
-#: `design_pid(maximize="sigma")` finds, which the campaign asks again.
+#: `design_pid(maximize="sigma")` finds, with two inputs five sixths of it, which the
+#: campaign asks again.
 CASES = {
     "drive": (
         lambda J: masses([0.0025, J], 1.9, 0.004 / 1.9),
@@ -135,13 +136,13 @@ CASES = {
         lambda: masses([1], 1, 0.4, wall=2),
         {},
         {"position": [[1]], "integrate": [[1]]},
-        {"sigma": 0.24, "rho": 30},
+        {"sigma": 0.249, "rho": 30},
     ),
     "rate": (
         lambda m: masses([1, m], 2, wall=3),
         {"m": (1, 2)},
         {"position": [[1, 0]], "velocity": [[1, 0]]},
-        {"sigma": 0.43, "rho": 30},
+        {"sigma": 0.436, "rho": 30},
     ),
 }  # fmt: skip
 #: The drive with a load torque, and bounds beside its poles.
@@ -290,11 +291,14 @@ def test_bounds_beside_the_poles_are_proven_in_cells(found):
 @pytest.mark.campaign
 @pytest.mark.parametrize("name", CASES)
 def test_the_package_s_search_finds_little_more(found, name):
-    """The page finds nine tenths of its decay: that is what the cases ask."""
+    """The page finds nine tenths of its decay, with two inputs five sixths: that is
+    what the cases ask.
+    """
     plant, law = of_package(CASES[name])
     region = sos.PoleRegion(rho=CASES[name][3]["rho"])
     best = sos.design_pid(plant, law=law, region=region, maximize="sigma")
-    assert CASES[name][3]["sigma"] >= 0.89 * -np.real(best.poles()).max()
+    share = 0.83 if name == "two inputs" else 0.89
+    assert CASES[name][3]["sigma"] >= share * -np.real(best.poles()).max()
 
 
 def test_a_search_that_ends_says_so_and_what_would_do(found):

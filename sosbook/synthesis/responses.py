@@ -1,5 +1,7 @@
 """The response that no input reaches, in floats: how loud it is at some frequencies."""
 
+from functools import partial
+
 import numpy as np
 
 from ..plants.checks import logarithmic_scales
@@ -16,7 +18,7 @@ def hears_response(request):
     for r in request.requirements:
         if (gamma := r.bounds_response()) is None:
             continue
-        loop = in_floats(matrices_at(request, r, 0, np.asarray))
+        loop = in_floats(matrices_at(request, r, 0, partial(np.asarray, dtype=float)))
         if loop is None:
             continue
         s = poles_of(loop)
@@ -29,21 +31,21 @@ def hears_response(request):
 
 def matrices_at(request, r, k, as_):
     """E, A, B, B_w, C, D_u, D_w of the vertex ``k`` of a ``request``, or of its loop if
-    a gain is given, with the output of ``r``; ``as_`` reads the numbers: `exact`, or
-    numpy's own.
+    a gain is given, with the output of ``r``; ``as_`` reads the numbers: `exact`, or as
+    floats.
     """
     (d,) = request.vertices_in(as_, [k])
-    d = r.seen(d).explicit()
+    d = r.seen(d).explicit()  # of ticks in rationals, whatever was given
+    E, A, B, Bw, C = (as_(x) for x in (d.E, d.A, d.Bu, d.Bw, d.C))
     Du, Dw = (
-        as_(np.zeros((len(d.C), B.shape[1]))) if D is None else D
-        for D, B in ((d.Du, d.Bu), (d.Dw, d.Bw))
+        as_(np.zeros((len(C), X.shape[1])) if D is None else D)
+        for D, X in ((d.Du, B), (d.Dw, Bw))
     )
-    A, B, C = d.A, d.Bu, d.C
     if request.gain is not None:
         K = as_(request.gain)
         A, C = A + B @ K, C + Du @ K
         B, Du = B[:, :0], Du[:, :0]
-    return d.E, A, B, d.Bw, C, Du, Dw
+    return E, A, B, Bw, C, Du, Dw
 
 
 def in_floats(matrices):

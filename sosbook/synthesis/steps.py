@@ -236,7 +236,7 @@ def seen_modes(request):
     rounding errors. It says where an exact look comes first, and decides nothing.
     """
     some = [request.vertices[k] for k in request.distinct]
-    E, A, B = (np.array([getattr(d, x) for d in some]) for x in ("E", "A", "Bu"))
+    E, A, B = (np.array([getattr(d, x) for d in some], float) for x in ("E", "A", "Bu"))
     try:
         s, rows = np.linalg.eig(np.linalg.solve(E, A).mT)
         B = np.linalg.solve(E, B)
@@ -258,7 +258,7 @@ def seen_modes(request):
 
 def _turned(case):
     """True if floats see determinants of the masses with two signs."""
-    signs = np.linalg.slogdet(np.array([d.E for d in case.request.vertices]))[0]
+    signs = np.linalg.slogdet(np.array([d.E for d in case.request.vertices], float))[0]
     return _between(case) and len(set(signs)) > 1
 
 
@@ -281,7 +281,11 @@ AT_FIRST_SIGHT = (
     replace(
         RESPONSE, cost="exact norms; where floats see one", applies=_before(_heard)
     ),
-    replace(MASS, applies=_before(_turned)),
+    replace(
+        MASS,
+        cost="exact determinants; where floats see two signs",
+        applies=_before(_turned),
+    ),
 )
 
 
