@@ -8,6 +8,8 @@ import pytest
 import sosbook as sos
 from sosbook.plants import descriptors
 from sosbook.synthesis import feasibility, objectives, steps
+from sosbook.synthesis.request import Request
+from sosbook.synthesis.responses import hears_response
 from tests.cases import campaign, later
 
 UNITS = [(0.3, 9.81, 1e4), *campaign([(1.0, 1.0, 1.0), (1e-6, 1e3, 9.81)])]
@@ -64,9 +66,9 @@ def in_units(plant, more=None):
     return asked
 
 
-def loud(length, time, force):
+def loud(length, *_):
     """Less than a tenth of what the wind's cart keeps."""
-    return dict(gamma=0.3 * length / force)
+    return dict(gamma=0.3 * length)
 
 
 ASKED = {
@@ -162,3 +164,25 @@ def test_a_mode_that_is_fast_enough_forbids_nothing_behind_a_delay():
     assert design.status == "feasible" and design.certify().proven
     edge = sos.delay.largest("delta", carts(), tau=0.1, delta=0.005, alpha=0.4)
     assert edge.value < 0.01 <= edge.beyond and edge.proven
+
+
+@pytest.mark.parametrize("size", [1e90, 1e-90])
+def test_numbers_that_floats_hardly_hold_are_no_error(size):
+    late = carts(force=size)
+    assert steps.seen_modes(Request(late, requirements=[CALM["region"].parts[0]]))
+    assert hears_response(Request(late, gamma=0.3))
+    thin = sos.DescriptorSystem(
+        np.diag([1.0, size]), -np.eye(2), np.eye(2, 1), np.eye(2), np.eye(2)
+    )
+    asked = Request(thin, gamma=0.3)
+    assert hears_response(asked) and steps.seen_modes(asked) == []
+
+
+def test_what_floats_cannot_solve_is_left_to_the_search(monkeypatch):
+    def unsolved(*_):
+        raise np.linalg.LinAlgError("Singular matrix")
+
+    asked = Request(carts(), gamma=0.3)
+    assert hears_response(asked)
+    monkeypatch.setattr(np.linalg, "solve", unsolved)
+    assert not hears_response(asked) and steps.seen_modes(asked) == []

@@ -223,8 +223,8 @@ def _before(applies):
     """True where a case of a small plant ``applies`` before it is searched."""
 
     def at_first(case):
-        small = case.first is None and not case.large and _of_the_state(case)
-        return small and bool(applies(case))
+        small = case.request.order <= MODES_FIRST_ABOVE_STATES and case.first is None
+        return small and _of_the_state(case) and bool(applies(case))
 
     return at_first
 
@@ -240,20 +240,26 @@ def seen_modes(request):
     try:
         s, rows = np.linalg.eig(np.linalg.solve(E, A).mT)
         B = np.linalg.solve(E, B)
+        moved, terms = abs(rows.mT @ B), abs(rows.mT) @ abs(B)
+        rounding = ROUNDING * np.linalg.norm(B, axis=1, keepdims=True)
+        still = ((moved <= UNMOVED * terms) | (moved <= rounding)).all(axis=2)
+        outside = np.zeros_like(still)
+        for r in (*request.demands, request.claims.stability):
+            if (form := r.pole_matrices()) is not None:
+                outside[still] |= _outside(form, s[still])
     except np.linalg.LinAlgError:  # a singular E, or numbers beyond those of floats
         return []
-    moved, terms = abs(rows.mT @ B), abs(rows.mT) @ abs(B)
-    rounding = ROUNDING * np.linalg.norm(B, axis=1, keepdims=True)
-    still = ((moved <= UNMOVED * terms) | (moved <= rounding)).all(axis=2)
-    outside = np.zeros_like(still)
-    for r in (*request.demands, request.claims.stability):
-        if (form := r.pole_matrices()) is not None:
-            alpha, beta = (x.astype(float) for x in form)
-            X = beta * s[still][:, None, None]
-            edge = ROUNDING / UNMOVED * (abs(alpha).max() + abs(X).max(axis=(1, 2)))
-            tops = np.linalg.eigvalsh(alpha + X + X.conj().mT)[:, -1]
-            outside[still] |= tops >= -edge
     return [(request.distinct[k],) * 2 for k in np.flatnonzero(outside.any(axis=1))]
+
+
+def _outside(form, s):
+    """True for each of the poles s that floats don't see inside of a region, with the
+    ``form`` of `Requirement.pole_matrices`.
+    """
+    alpha, beta = (x.astype(float) for x in form)
+    X = beta * s[:, None, None]
+    edge = ROUNDING / UNMOVED * (abs(alpha).max() + abs(X).max(axis=(1, 2)))
+    return np.linalg.eigvalsh(alpha + X + X.conj().mT)[:, -1] >= -edge
 
 
 def _turned(case):
