@@ -35,7 +35,6 @@ from sosbook.sampled.proof import by_balls
 from sosbook.synthesis.growing import refuse_by_growth
 from sosbook.synthesis.proofs import DesignProof
 from sosbook.synthesis.request import Request
-from sosbook.synthesis.steps import without_lmis
 from tests.asking import asked_by, asking
 from tests.cases import by_turns, campaign
 from tests.closed import analyse_loop
@@ -398,11 +397,6 @@ PROOFS = {
 }
 
 
-def at_once(*plant, **asked):
-    """The answer where no LMI was solved; test_reasons has whole designs so refused."""
-    return without_lmis(Request(*plant, **asked))
-
-
 def growing(plant, requirement, gain=((0.0, 0.0),)):
     """The refusal of a small loop by what refuses large ones."""
     request = Request(plant, gain=np.array(gain), requirements=[requirement])
@@ -412,7 +406,7 @@ def growing(plant, requirement, gain=((0.0, 0.0),)):
 
 
 EXCLUDED = {
-    "ticks, a fixed mode": lambda: at_once(
+    "ticks, a fixed mode": lambda: sos.design_pid(
         sos.DescriptorSystem(np.eye(2), [[0.5, 1], [0, 1.2]], [[1], [0]], dt=0.1)
     ),
     "ticks, too small a norm": lambda: sos.design_pid(ticks(), gamma=0.1),
@@ -446,13 +440,13 @@ EXCLUDED = {
         twins(0.01), region=sos.PoleRegion(sigma=1)
     ),
     "a mode on the imaginary axis": lambda: sos.design_pid(twins(0, -0.3)),
-    "a mode on a circle": lambda: at_once(
+    "a mode on a circle": lambda: sos.design_pid(
         twins(1, stiffness=4), region=sos.PoleRegion(rho=2)
     ),
     "a mode beside a sector": lambda: sos.design_pid(
         twins(0.3), region=sos.PoleRegion(theta=0.5)
     ),
-    "a mode beside an ellipse": lambda: at_once(
+    "a mode beside an ellipse": lambda: sos.design_pid(
         twins(0.3, stiffness=4), region=sos.LMIRegion.ellipse(-4, 3.9, 1)
     ),
     "a mode between two plants": lambda: sos.design_pid(
@@ -484,8 +478,8 @@ EXCLUDED = {
         gamma=0.7,
         search=sos.Search(starts=1),
     ),
-    "a response out of reach": lambda: at_once(pushed(), gamma=0.4),
-    "a response out of reach, at a vertex": lambda: at_once(
+    "a response out of reach": lambda: sos.design_pid(pushed(), gamma=0.4),
+    "a response out of reach, at a vertex": lambda: sos.design_pid(
         sos.Polytope([pushed(), pushed(2.0)]), ONE_OF_TWO, gamma=0.2
     ),
     "an output's response out of reach, at a vertex": lambda: sos.design_pid(
@@ -495,10 +489,10 @@ EXCLUDED = {
     "a given loop's response": lambda: sos.analyse_pid(
         pushed(), [[-1.0, -1.0, 0.0, 0.0]], gamma=0.4
     ),
-    "a singular mass": lambda: at_once(
+    "a singular mass": lambda: sos.design_pid(
         sos.DescriptorSystem([np.eye(2), np.diag([1, -1])], A2, [[0], [1]])
     ),
-    "a singular mass halfway": lambda: at_once(
+    "a singular mass halfway": lambda: sos.design_pid(
         sos.Polytope([mass2([1, 2, 3]), mass2([1, -2, -3])])
     ),
     "an LMI of one's own, empty": lambda: lyapunov([[0, 1], [-2, 3]]),

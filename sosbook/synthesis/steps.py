@@ -14,6 +14,7 @@ from .solution import Solution
 
 UNMOVED = 1e-9  # of the terms of a sum, below which floats take it for zero
 ROUNDING = 1e-14  # of the input matrix, what floats leave of a zero
+EDGE = 1e-5  # relative, of a region; a mode so near to it is looked at exactly, too
 ROUNDING_MARGIN = 1e-6  # a margin below minus that is no rounding error
 MODES_FIRST_ABOVE_STATES = 20  # from here on, looking for fixed modes first is cheap
 TOO_NEAR = (
@@ -258,7 +259,7 @@ def _outside(form, s):
     """
     alpha, beta = (x.astype(float) for x in form)
     X = beta * s[:, None, None]
-    edge = ROUNDING / UNMOVED * (abs(alpha).max() + abs(X).max(axis=(1, 2)))
+    edge = EDGE * (abs(alpha).max() + abs(X).max(axis=(1, 2)))
     return np.linalg.eigvalsh(alpha + X + X.conj().mT)[:, -1] >= -edge
 
 
